@@ -1,0 +1,95 @@
+"""MuJoCo geoms as solids of the tank and as triangle meshes to draw."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import trimesh
+
+from bodies.meshes import check_closed, mesh, polygon, section
+from bodies.mjcf import GEOM, mesh_arrays, name_of
+from bodies.shapes import Box, Capsule, Cylinder, Disc, Placed, Shape
+from fsi.errors import SceneError
+
+TYPE = mujoco.mjtGeom
+ALIGNED = 1.0 - 1e-9  # cosine above which an axis counts as parallel to y
+
+
+def triangles(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Vertices (n, 3) and triangles (m, 3) of a geom in its own frame; None for what has no volume to draw."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind == TYPE.mjGEOM_MESH:
+        return mesh_arrays(model, model.geom_dataid[geom])
+    if kind == TYPE.mjGEOM_BOX:
+        solid = trimesh.creation.box(extents=2 * size)
+    elif kind == TYPE.mjGEOM_CYLINDER:
+        solid = trimesh.creation.cylinder(radius=size[0], height=2 * size[1], sections=96)
+    elif kind == TYPE.mjGEOM_CAPSULE:
+        solid = trimesh.creation.capsule(radius=size[0], height=2 * size[1], count=(48, 48))
+    elif kind in (TYPE.mjGEOM_SPHERE, TYPE.mjGEOM_ELLIPSOID):
+        solid = trimesh.creation.icosphere(subdivisions=4)
+        solid.apply_scale(size if kind == TYPE.mjGEOM_ELLIPSOID else np.repeat(size[0], 3))
+    else:
+        return None
+    return np.array(solid.vertices), np.array(solid.faces)
+
+
+def place(model: mujoco.MjModel, data: mujoco.MjData, geom: int, dimension: int, source: object) -> Placed:
+    """A wet geom as a solid in its present pose; in two dimensions its section by the plane y = 0.
+
+    Raises SceneError for a geom without volume, an open mesh, and a geom that the plane y = 0 misses.
+    """
+    key = f"geom {name_of(model, GEOM, geom)!r}"
+    surface = triangles(model, geom)
+    if surface is None:
+        kind = TYPE(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
+        raise SceneError(f"a {kind} cannot be wet", key=key, file=source, fix="use a box or a mesh")
+    check_closed(*surface, key=key, file=source)
+    position, rotation = data.geom_xpos[geom].copy(), data.geom_xmat[geom].reshape(3, 3).copy()
+    if dimension == 3:
+        return Placed(_solid(model, geom, surface), position, rotation)
+    placed = _slice(model, geom, position, rotation) or _section(surface, position, rotation)
+    if placed is None:
+        raise SceneError("does not meet the plane y = 0 of the 2D scene", key=key, file=source, fix="move it along y")
+    return placed
+
+
+def _solid(model: mujoco.MjModel, geom: int, surface: tuple[np.ndarray, np.ndarray]) -> Shape:
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind == TYPE.mjGEOM_BOX:
+        return Box(size.copy())
+    if kind == TYPE.mjGEOM_SPHERE:
+        return Capsule(float(size[0]))
+    if kind == TYPE.mjGEOM_CAPSULE:
+        return Capsule(float(size[0]), float(size[1]))
+    if kind == TYPE.mjGEOM_CYLINDER:
+        return Cylinder(float(size[0]), float(size[1]))
+    return mesh(*surface)
+
+
+def _slice(model: mujoco.MjModel, geom: int, position: np.ndarray, rotation: np.ndarray) -> Placed | None:
+    """The section by y = 0 where it is a circle or a rectangle; axes of the section are (x, z)."""
+    kind, size, offset = model.geom_type[geom], model.geom_size[geom], abs(position[1])
+    origin, plane = position[[0, 2]], rotation[[0, 2]]
+    along = np.abs(rotation[1])  # of each axis of the geom along y
+    if kind == TYPE.mjGEOM_SPHERE and offset < size[0]:
+        return Placed(Disc(float(np.sqrt(size[0] ** 2 - offset**2))), origin, np.eye(2))
+    if kind == TYPE.mjGEOM_BOX and along.max() > ALIGNED and offset < size[along.argmax()]:
+        rest = np.delete(np.arange(3), along.argmax())
+        return Placed(Box(size[rest]), origin, plane[:, rest])
+    if kind == TYPE.mjGEOM_CYLINDER and along[2] > ALIGNED and offset < size[1]:
+        return Placed(Disc(float(size[0])), origin, np.eye(2))
+    if kind == TYPE.mjGEOM_CYLINDER and along[2] < 1e-9 and offset < size[0]:
+        axis = plane[:, 2]
+        half = np.array([np.sqrt(size[0] ** 2 - offset**2), size[1]])
+        return Placed(Box(half), origin, np.column_stack([[-axis[1], axis[0]], axis]))
+    return None
+
+
+def _section(surface: tuple[np.ndarray, np.ndarray], position: np.ndarray, rotation: np.ndarray) -> Placed | None:
+    vertices, faces = surface
+    start, end = section(vertices @ rotation.T + position, faces)
+    if len(start) == 0:
+        return None
+    origin = position[[0, 2]]
+    return Placed(polygon(start - origin, end - origin), origin, np.eye(2))

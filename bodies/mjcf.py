@@ -1,0 +1,149 @@
+"""MJCF files to one compiled MuJoCo model, and which of its geoms are wet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from bodies.meshes import open_edges
+from fsi.errors import SceneError
+from fsi.scene import BodyFile
+
+MODELS = Path(__file__).parent / "models"  # the models that come with the project
+GEOM = mujoco.mjtObj.mjOBJ_GEOM
+
+
+def load_model(files: Mapping[str, BodyFile], gravity: float, source: object) -> tuple[mujoco.MjModel, list[str]]:
+    """Compile the body files of a scene into one model; with several files every name gets the prefix `NAME/`.
+
+    gravity [m/s2] is the scene's; source names the scene in errors. Also returns notes on what was decided.
+    Raises SceneError for a missing or malformed file and for options that contradict the scene.
+    """
+    specs = {key: _read(file, gravity, f"bodies.{key}.mjcf", source) for key, file in files.items()}
+    parts = list(specs.values())
+    if len(parts) == 1:
+        whole, path = parts[0]
+    else:
+        whole, path = mujoco.MjSpec(), ", ".join(str(path) for _, path in parts)
+        whole.option = parts[0][0].option
+        whole.option.timestep = min(part.option.timestep for part, _ in parts)
+        whole.compiler.conflict = mujoco.mjtConflict.mjCONFLICT_ERROR
+        for key, (part, _) in specs.items():
+            part.option.timestep = whole.option.timestep
+            try:
+                whole.attach(part, prefix=f"{key}/", frame=whole.worldbody.add_frame())
+            except ValueError as error:
+                fault = _one_line(error)
+                raise SceneError(fault, key=f"bodies.{key}", file=source, fix="give all files the same options") from None
+    model = _compile(whole, path)
+    notes = []
+    if _count_meshes_exactly(whole, model):
+        model = _compile(whole, path)
+        notes.append("mesh geoms: mass and inertia by exact integration (inertia='exact')")
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER:
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    return model, notes
+
+
+def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: object) -> list[int]:
+    """Ids of the wet geoms, file by file: those in its tuple named "wet", or without one all geoms of bodies that move.
+
+    Raises SceneError for an element of the tuple that is no geom.
+    """
+    geoms = []
+    for prefix in [f"{key}/" for key in files] if len(files) > 1 else [""]:
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TUPLE, f"{prefix}wet")
+        if index < 0:
+            names = [name_of(model, GEOM, g) for g in range(model.ngeom)]
+            geoms += [g for g, name in enumerate(names) if name.startswith(prefix) and moves(model, model.geom_bodyid[g])]
+            continue
+        members = slice(model.tuple_adr[index], model.tuple_adr[index] + model.tuple_size[index])
+        if (model.tuple_objtype[members] != GEOM).any():
+            fix = 'list geoms with objtype="geom"'
+            raise SceneError(f"tuple {prefix}wet has an element that is no geom", key="bodies", file=source, fix=fix)
+        geoms += model.tuple_objid[members].tolist()
+    return geoms
+
+
+def moves(model: mujoco.MjModel, body: int) -> bool:
+    """Whether a body can move relative to the world."""
+    return model.body_weldid[body] != 0
+
+
+def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
+    """Name of an element of the compiled model."""
+    return mujoco.mj_id2name(model, kind, int(index))
+
+
+def _read(file: BodyFile, gravity: float, key: str, source: object) -> tuple[mujoco.MjSpec, Path]:
+    path = _find(file.mjcf, key, source)
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise SceneError(_one_line(error), file=path, fix="correct the MJCF") from None
+    option = spec.option
+    if option.density or option.viscosity or np.any(option.wind):
+        fix = "remove density, viscosity and wind from <option>"
+        raise SceneError("MuJoCo's own fluid model is on, and the fluid would act twice", key="option", file=path, fix=fix)
+    if not np.allclose(option.gravity, (0.0, 0.0, -gravity), rtol=1e-6, atol=1e-9):
+        given = " ".join(f"{value:g}" for value in option.gravity)
+        fix = f'set gravity="0 0 {-gravity:g}" or change the scene\'s gravity'
+        raise SceneError(f"gravity is {given} m/s2 where the scene has 0 0 {-gravity:g}", key="option", file=path, fix=fix)
+    for kind, elements in (("body", spec.bodies), ("geom", spec.geoms), ("joint", spec.joints)):
+        for number, element in enumerate(elements):
+            element.name = element.name or f"{kind}{number}"
+    _shift(spec, file.position)
+    return spec, path
+
+
+def _find(path: Path, key: str, source: object) -> Path:
+    """The file itself, or the model of this name that comes with the project."""
+    if path.is_file():
+        return path
+    if (MODELS / path.name).is_file() and not path.is_absolute() and path.parent == Path("."):
+        return MODELS / path.name
+    known = ", ".join(sorted(model.name for model in MODELS.glob("*.xml")))
+    raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix=f"give a path, or one of the models {known}")
+
+
+def _shift(spec: mujoco.MjSpec, position) -> None:
+    """Move everything in the file's world by `position`."""
+    world = spec.worldbody
+    elements = [e for e in (*world.bodies, *world.geoms, *world.sites, *world.cameras, *world.lights) if e.frame is None]
+    elements += [frame for frame in world.frames if frame.frame is None]
+    shifted = world.add_frame(pos=position)
+    for element in elements:
+        element.set_frame(shifted)
+
+
+def _compile(spec: mujoco.MjSpec, path: object) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise SceneError(_one_line(error), file=path, fix="correct the MJCF") from None
+
+
+def _count_meshes_exactly(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+    """Ask for exact inertia of every mesh that gives mass by MuJoCo's default rule, which overcounts concave meshes.
+    Meshes that are not watertight are left alone: exact integration refuses them with less to go by."""
+    changed = False
+    for mesh in spec.meshes:
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
+        if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY and open_edges(*mesh_arrays(model, index)) == 0:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+            changed = True
+    return changed
+
+
+def mesh_arrays(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles (m, 3) of a mesh asset, in the frame of its geoms."""
+    first, start = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+    return vertices.astype(float), model.mesh_face[start : start + model.mesh_facenum[mesh]].copy()
+
+
+def _one_line(error: Exception) -> str:
+    return ", ".join(line.strip().removeprefix("Error: ") for line in str(error).splitlines() if line.strip())

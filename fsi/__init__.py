@@ -1,0 +1,25 @@
+"""Spindrift's fluid and run: explicit incompressible SPH, coupled to rigid bodies in MuJoCo.
+
+Names are resolved on first use, so that importing `fsi` costs nothing that a scene does not need.
+"""
+
+from importlib import import_module
+
+_HOMES = {
+    "Scene": "fsi.scene",
+    "SceneError": "fsi.errors",
+    "RunError": "fsi.errors",
+    "load_scene": "fsi.scene_file",
+    "Simulation": "fsi.simulation",
+    "run": "fsi.cli",
+    "check": "fsi.cli",
+    "load_run": "fsi.run_folder",
+}
+
+__all__ = list(_HOMES)
+
+
+def __getattr__(name):
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'fsi' has no attribute {name!r}")

@@ -1,0 +1,5 @@
+"""`python -m fsi`."""
+
+from fsi.cli import main
+
+main()

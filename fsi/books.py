@@ -1,0 +1,157 @@
+"""The books of a run: energy and momentum, step by step, and the time series that are logged from them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsi import sweeps
+from fsi.gauges import elevation, pressure_at
+from fsi.layout import FIRST_BODY, PISTON
+
+
+class Books:
+    """Energies [J], work [J] and the momentum audit of a simulation.
+
+    The audit compares, for a step, the change of the fluid's momentum with gravity's impulse less the impulses on walls,
+    wavemaker and bodies; the residual is a share of the impulse of the fluid's weight (or of the largest force).
+    """
+
+    def __init__(self, scene, fluid, bodies):
+        self.scene, self.fluid, self.bodies = scene, fluid, bodies
+        k, dim = fluid.k, fluid.dim
+        self.mass = float(k.mass)
+        self.kinetic = 0.5 * self.mass * float((fluid.velocity**2).sum())
+        self.potential = self._weight() * float(fluid.position[:, -1].sum())
+        self.momentum = self.mass * fluid.velocity.sum(0)
+        self.energy_at_start = self.kinetic + self.potential
+        self.body_work = self.wavemaker_work = 0.0
+        self.volume = fluid.count * self._cell_volume()
+        self.max_speed, self.dt, self.guarded = 0.0, 0.0, 0
+        self.wrench = np.zeros((fluid.owners, 6))
+        self.momentum_residual, self.audits = 0.0, 0
+        self._before = None
+        self._dim = dim
+
+    def _weight(self) -> float:
+        return self.mass * self.scene.gravity
+
+    def _cell_volume(self) -> float:
+        return self.mass / self.scene.fluid.density
+
+    def open_audit(self) -> None:
+        """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
+        self._before = self.momentum.copy(), self.fluid.wrench(viscous=True, walls=True)[:, :3].sum(0), self.fluid.count
+
+    def close(self, sums, impulse, wrench, twist, new_twist, dt) -> None:
+        """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
+        (owners, 6) before and after."""
+        dim = self._dim
+        self.kinetic, self.max_speed, self.dt = sums[sweeps.KINETIC], math.sqrt(sums[sweeps.SPEED2]), dt
+        self.potential = self._weight() * sums[sweeps.HEIGHT]
+        self.volume = self._cell_volume() * sums[sweeps.VOLUME]
+        self.guarded += int(sums[sweeps.GUARDED])
+        self.momentum = sums[sweeps.MOMENTUM : sweeps.MOMENTUM + dim]
+        self.wrench = wrench
+        power = (wrench * 0.5 * (twist + new_twist)).sum(1)
+        self.body_work += dt * power[FIRST_BODY:].sum()
+        self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum()
+        if self._before is not None:
+            self._audit(sums[sweeps.MOMENTUM + dim :], impulse, dt)
+
+    def _audit(self, sponged, impulse, dt) -> None:
+        momentum, force, count = self._before
+        axes = [0, 2] if self._dim == 2 else [0, 1, 2]
+        gravity = np.zeros(self._dim)
+        gravity[-1] = -self._weight() * count
+        expected = dt * (gravity - force[axes]) - impulse[:, :3].sum(0)[axes] - sponged
+        scale = max(dt * self._weight() * count, dt * np.abs(force).max(), np.abs(momentum).max(), 1e-300)
+        residual = float(np.abs(self.momentum - momentum - expected).max() / scale)
+        self.momentum_residual = max(self.momentum_residual, residual)
+        self.audits += 1
+        self._before = None
+
+    @property
+    def dissipated(self) -> float:
+        """Energy the fluid has lost to viscosity, impacts, the sponge and the scheme itself [J]."""
+        return self.energy_at_start + self.wavemaker_work - self.body_work - self.kinetic - self.potential
+
+    def audit(self) -> dict:
+        """For `run.json`."""
+        return {
+            "momentum_residual": self.momentum_residual,
+            "momentum_audits": self.audits,
+            "energy_at_start": self.energy_at_start,
+            "kinetic_energy": self.kinetic,
+            "potential_energy": self.potential,
+            "wavemaker_work": self.wavemaker_work,
+            "body_work": self.body_work,
+            "dissipated_energy": self.dissipated,
+            "wall_guard_stops": self.guarded,
+        }
+
+    def series(self) -> dict:
+        """All time series of the run folder at this instant."""
+        fluid, scene, h = self.fluid, self.scene, self.scene.smoothing_length
+        out = {
+            "kinetic_energy": self.kinetic,
+            "potential_energy": self.potential,
+            "dissipated_energy": self.dissipated,
+            "body_work": self.body_work,
+            "wavemaker_work": self.wavemaker_work,
+            "time_step": self.dt,
+            "max_speed": self.max_speed,
+            "volume": self.volume,
+            "lost_particles": float(fluid.lost),
+            "pressure_residual": fluid.residual(),
+        }
+        if scene.gauges:
+            points = [(g.x,) if fluid.dim == 2 else (g.x, g.y) for g in scene.gauges.values()]
+            level = scene.fluid.still_water_level
+            heights = [elevation(fluid.position, np.array(p), scene.spacing, h) - level for p in points]
+            out["elevation"] = np.array(heights)
+        if scene.probes:
+            weight = scene.fluid.density * scene.gravity
+            values = [
+                pressure_at(fluid.position, fluid.pressure_values, np.array(p.position), h, weight)
+                for p in scene.probes.values()
+            ]
+            out["pressure"] = np.array(values)
+        if self.bodies:
+            out |= self._body_series()
+        return out
+
+    def _body_series(self) -> dict:
+        motion = self.bodies.motion()
+        return {
+            "body_position": motion.position,
+            "body_velocity": motion.velocity[:, :3],
+            "body_angular_velocity": motion.velocity[:, 3:],
+            "body_quaternion": quaternions(motion.rotation),
+            "body_force": self.wrench[FIRST_BODY:, :3],
+            "body_torque": self.wrench[FIRST_BODY:, 3:],
+            **self.bodies.joints(),
+        }
+
+
+def quaternions(rotation: np.ndarray) -> np.ndarray:
+    """Unit quaternions (b, 4) wxyz, w >= 0, of rotation matrices (b, 3, 3), by the branch with the largest divisor
+    (Shepperd 1978)."""
+    out = np.empty((len(rotation), 4))
+    for b, r in enumerate(rotation):
+        trace = np.trace(r)
+        diagonal = np.array([trace, *np.diag(r)])
+        k = int(np.argmax(diagonal))
+        if k == 0:
+            q = np.array([1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+        else:
+            i, j, m = k - 1, k % 3, (k + 1) % 3
+            q = np.empty(4)
+            q[0] = r[m, j] - r[j, m]
+            q[1 + i] = 1 + r[i, i] - r[j, j] - r[m, m]
+            q[1 + j] = r[j, i] + r[i, j]
+            q[1 + m] = r[m, i] + r[i, m]
+        q /= np.linalg.norm(q)
+        out[b] = q if q[0] >= 0 else -q
+    return out

@@ -1,0 +1,214 @@
+"""Runs and checks a scene: the one module that binds the fluid to `bodies`, `couplers` and `cases`, on first use.
+
+`run` and `check` are the Python side; `main` is the command `fsi` (`fsi.commands`).
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterable
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from fsi.errors import RunError
+from fsi.extras import require
+from fsi.run_folder import RunFolder, load_run
+from fsi.scene import Scene
+from fsi.scene_check import scene_warnings
+from fsi.scene_file import load_scene
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that has ended: its folder, its status (`done` or `interrupted`) and why, its steps, the simulated and
+    the wall time [s]."""
+
+    folder: Path
+    status: str
+    reason: str
+    steps: int
+    simulated_seconds: float
+    wall_seconds: float
+
+    def load(self):
+        """The time series as an `xarray.Dataset`, see `fsi.load_run`."""
+        return load_run(self.folder)
+
+
+def run(
+    scene: Scene | str | Path,
+    *,
+    out: str | Path | None = None,
+    until: float | None = None,
+    threads: int | None = None,
+    overrides: Iterable[str] = (),
+    quiet: bool = False,
+) -> Run:
+    """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
+
+    `until` replaces the duration [s], `overrides` are as in `fsi.load_scene`. Progress and warnings go to stderr.
+    SIGINT and SIGTERM end the run after the step in hand, with status `interrupted`; a second SIGINT ends it at once.
+    Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
+    """
+    scene, label = _load(scene, overrides, until)
+    say = _silent if quiet else _say
+    bodies, coupler, ground = _bind(scene, label)
+    for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
+        say(line)
+    folder = RunFolder.create(scene, out)
+    say(f"writing to {folder.path}")
+    start = time.perf_counter()
+    from fsi.progress import Progress
+
+    with _manifest(folder, start) as watch:
+        from fsi.record import open_recorders
+        from fsi.simulation import Simulation
+
+        recorders = open_recorders(scene, folder.path)
+        with Progress(scene.duration, quiet=quiet) as progress, _closing(recorders), _interruption(say) as interrupted:
+            sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+            watch.sim = sim
+            folder.write(threads=sim.threads, particles=sim.counts)
+
+            def on_step(sim) -> None:
+                progress(sim)
+                if interrupted.is_set():
+                    raise KeyboardInterrupt
+
+            sim.run(scene.duration, on_step)
+    for line in sim.warnings:
+        say(line)
+    facts = folder.manifest
+    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"])
+
+
+def check(scene: Scene | str | Path, *, until: float | None = None, overrides: Iterable[str] = ()) -> dict:
+    """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
+    seconds), `warnings` and `notes`. Raises SceneError where the input is wrong."""
+    scene, label = _load(scene, overrides, until)
+    bodies, _, _ = _bind(scene, label)
+    from fsi.layout import estimate
+
+    notes = list(bodies.notes) if bodies else []
+    return {"scene": scene, "estimate": estimate(scene, bodies), "warnings": scene_warnings(scene), "notes": notes}
+
+
+def main() -> None:
+    """The command `fsi`."""
+    from fsi.commands import app
+
+    app()
+
+
+def _load(source: Scene | str | Path, overrides: Iterable[str], until: float | None) -> tuple[Scene, str]:
+    """The scene, and what messages about it call it."""
+    overrides = [*overrides, *([] if until is None else [f"duration={until!r}"])]
+    scene = load_scene(source, overrides)
+    return scene, scene.name if isinstance(source, Scene) else Path(source).name
+
+
+def _bind(scene: Scene, label: str) -> tuple:
+    """The bodies, the coupler and the ground of a scene, each None where it has none."""
+    bodies = coupler = ground = None
+    if scene.bodies:
+        require("mujoco", "bodies", "a scene with bodies")
+        from bodies import load
+        from couplers import make
+
+        bodies = load(scene, label)
+        coupler = make(scene.coupler, bodies, label)
+    if scene.tank.bathymetry:
+        require("trimesh", "bodies", "a bathymetry")
+        from bodies import mesh_solid
+
+        ground = mesh_solid(scene.tank.bathymetry, scene.dimension)
+    return bodies, coupler, ground
+
+
+@dataclass
+class _Watch:
+    sim: object = None
+
+
+@contextmanager
+def _manifest(folder: RunFolder, start: float):
+    """Keep `run.json` true, however the run inside ends; an interruption is swallowed, an error passes on."""
+    watch, status, reason = _Watch(), "failed", ""
+    try:
+        yield watch
+        status = "done"
+    except KeyboardInterrupt:
+        status, reason = "interrupted", "stopped by a signal"
+        if watch.sim is None:
+            raise
+    except BaseException as error:
+        reason = str(error) or type(error).__name__
+        raise
+    finally:
+        facts = {"status": status, "reason": reason, "wall_seconds": time.perf_counter() - start}
+        if (sim := watch.sim) is not None:
+            facts |= {
+                "steps": sim.step_count,
+                "simulated_seconds": sim.time,
+                "memory_bytes": sim.memory_bytes,
+                "phases": sim.phases,
+                "audit": sim.audit(),
+                "warnings": sim.warnings,
+            }
+        _write(folder, facts)
+
+
+def _write(folder: RunFolder, facts: dict) -> None:
+    try:
+        folder.write(**facts)
+    except OSError as fault:
+        raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
+
+
+@contextmanager
+def _closing(recorders: list):
+    """Close the streams at the end; where the run itself has failed, its error is the one to be seen."""
+    try:
+        yield
+    except BaseException:
+        for recorder in recorders:
+            try:
+                recorder.end()
+            except RunError as error:
+                _say(str(error))
+        raise
+    for recorder in recorders:
+        recorder.end()
+
+
+@contextmanager
+def _interruption(say):
+    """An event that SIGINT and SIGTERM set. Outside the main thread signals are left alone."""
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield event
+        return
+
+    def handle(number, _) -> None:
+        event.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        say("stopping after this step; press Ctrl-C again to stop at once")
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield event
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _silent(line: str) -> None:
+    pass

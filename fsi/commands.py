@@ -1,0 +1,146 @@
+"""The command `fsi`: arguments to calls, results to stdout, messages to stderr, errors to exit codes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from fsi import cli
+from fsi.errors import RunError, SceneError
+from fsi.extras import require
+from fsi.progress import clock
+from fsi.run_folder import export, read_manifest
+from fsi.scene_file import builtin_scenes, load_scene, resolved_toml
+
+FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
+
+app = typer.Typer(
+    help="Explicit incompressible SPH, coupled to rigid bodies in MuJoCo.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, or a name that `fsi cases` lists.")]
+RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
+Settings = Annotated[list[str] | None, typer.Option("--set", metavar="A.B=VALUE", help="Replace a value of the scene.")]
+Until = Annotated[float | None, typer.Option(metavar="T", help="Simulated time [s] in place of the scene's duration.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+@contextmanager
+def exit_codes() -> Iterator[None]:
+    """End the command with its exit code and the error's own words."""
+    try:
+        yield
+    except SceneError as error:
+        code = _fail(error, WRONG_INPUT)
+    except RunError as error:
+        code = _fail(error, FAILED)
+    except KeyboardInterrupt:
+        code = _fail("interrupted", INTERRUPTED)
+    else:
+        return
+    raise typer.Exit(code)
+
+
+def _fail(error: object, code: int) -> int:
+    print(error, file=sys.stderr)
+    return code
+
+
+@app.command()
+def run(
+    scene: SceneName,
+    settings: Settings = None,
+    until: Until = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a scene."""
+    with exit_codes():
+        result = cli.run(scene, out=out, until=until, threads=threads, overrides=settings or (), quiet=quiet)
+        if as_json:
+            print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
+        else:
+            print(
+                f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps, "
+                f"{result.wall_seconds:.1f} s of wall time"
+            )
+        if result.status == "interrupted":
+            raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def check(scene: SceneName, settings: Settings = None, until: Until = None, as_json: AsJson = False) -> None:
+    """Print the resolved scene, as TOML, and what a run of it would take."""
+    with exit_codes():
+        result = cli.check(scene, until=until, overrides=settings or ())
+        if as_json:
+            print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
+            return
+        print(resolved_toml(result["scene"]))
+        for line in _estimate_lines(result["estimate"]):
+            print(f"# {line}")
+        for line in (*result["warnings"], *result["notes"]):
+            print(line, file=sys.stderr)
+
+
+def _estimate_lines(estimate: dict) -> list[str]:
+    particles = {kind: estimate[kind] for kind in ("fluid", "wall", "body")}
+    counts = ", ".join(f"{count} {kind}" for kind, count in particles.items())
+    return [
+        f"particles: {sum(particles.values())} ({counts})",
+        f"memory: {estimate['memory_bytes'] / 1e6:.0f} MB",
+        f"run time: about {clock(estimate['seconds'])}, {estimate['steps']:.0f} steps",
+    ]
+
+
+@app.command()
+def view(
+    directory: RunDirectory,
+    web: Annotated[bool, typer.Option("--web", help="In the browser; served to this machine only.")] = False,
+) -> None:
+    """Open the timeline of a run."""
+    with exit_codes():
+        recording = directory / "run.rrd"
+        if not recording.is_file():
+            read_manifest(directory)
+            raise SceneError(f"{directory} has no timeline", fix="run the scene with output.timeline = true")
+        require("rerun", "viewer", "fsi view")
+        command = [sys.executable, "-m", "rerun", str(recording), "--bind", "127.0.0.1"]
+        code = subprocess.call([*command, "--web-viewer"] if web else command)
+        if code:
+            raise typer.Exit(FAILED)
+
+
+@app.command("export")
+def export_run(
+    directory: RunDirectory,
+    to: Annotated[Literal["nc", "csv"], typer.Option(help="netCDF, or one wide CSV table.")] = "nc",
+) -> None:
+    """Write the time series of a run as a netCDF or CSV file."""
+    with exit_codes():
+        print(export(directory, to))
+
+
+@app.command()
+def cases(as_json: AsJson = False) -> None:
+    """List the built-in scenes."""
+    with exit_codes():
+        scenes = {name: load_scene(path).description for name, path in builtin_scenes().items()}
+        if as_json:
+            print(json.dumps(scenes))
+            return
+        width = max(map(len, scenes), default=0)
+        for name, description in scenes.items():
+            print(f"{name:{width}}  {description}")

@@ -1,0 +1,14 @@
+"""The two ways a run can go wrong: the input (exit code 2) and the run itself (exit code 1)."""
+
+
+class SceneError(ValueError):
+    """The input is wrong. `str()` reads `file: key: fault; fix`, one line per fault."""
+
+    def __init__(self, fault: str, *, key: str = "", file: object = "", fix: str = ""):
+        self.fault, self.key, self.file, self.fix = fault, key, str(file), fix
+        place = ": ".join(part for part in (self.file, key) if part)
+        super().__init__((f"{place}: " if place else "") + fault + (f"; {fix}" if fix else ""))
+
+
+class RunError(RuntimeError):
+    """The run failed: unstable, particles lost beyond repair, or the disk is full."""

@@ -1,0 +1,156 @@
+"""From a scene to particles: the fluid on a lattice, the tank's walls, the boundary particles of the solids."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsi.errors import SceneError
+from fsi.protocols import BodySet, Solid
+from fsi.scene import Scene
+from fsi.waves import piston
+
+WALL, PISTON, FIRST_BODY = 0, 1, 2  # owners of boundary particles
+CLEARANCE = 0.25  # a fluid particle starts at least so many spacings off a solid's surface
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Particles at t = 0 and the box they live in.
+
+    position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
+    domain_min, domain_max (dim,); depth: height of the fluid [m]; notes: what the user should know.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    pressure: np.ndarray
+    boundary: np.ndarray
+    owner: np.ndarray
+    domain_min: np.ndarray
+    domain_max: np.ndarray
+    depth: float
+    notes: tuple[str, ...]
+
+
+def water_depth(scene: Scene) -> float:
+    """Largest height of fluid over its own bottom at t = 0 [m]."""
+    if scene.fluid.blocks:
+        return max(b.max[-1] for b in scene.fluid.blocks) - min(b.min[-1] for b in scene.fluid.blocks)
+    return scene.fluid.still_water_level - scene.tank.min[-1]
+
+
+def piston_reach(scene: Scene) -> float:
+    """How far the piston moves to either side [m]."""
+    if scene.waves is None:
+        return 0.0
+    motion = piston(scene.waves, water_depth(scene), scene.gravity)
+    return 0.5 * motion.stroke if scene.waves.kind == "regular" else float(np.abs(motion.x).max())
+
+
+def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
+    """Raises SceneError where no fluid is left."""
+    solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
+    position, velocity, pressure = _fluid(scene, [solid for _, solid in solids])
+    if len(position) == 0:
+        raise SceneError(
+            "the scene holds no fluid particle",
+            key="fluid",
+            fix="raise fluid.still_water_level above the tank's bottom, or add [[fluid.blocks]]",
+        )
+    boundary, owner = _boundary(scene, solids)
+    margin = (scene.layers + 0.01) * scene.spacing
+    low = np.array(scene.tank.min) - margin
+    low[0] -= piston_reach(scene)
+    high = np.array(scene.tank.max) + margin
+    notes = tuple(_off_lattice(scene)) + (bodies.notes if bodies else ())
+    return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes)
+
+
+def _axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
+    """Lattice points origin + (k + 1/2) spacing between low and high; a point on the edge, to rounding, is outside."""
+    first = math.ceil((low - origin) / spacing - 0.5 - 1e-6)
+    last = math.floor((high - origin) / spacing - 0.5 + 1e-6)
+    return origin + (np.arange(first, last + 1) + 0.5) * spacing
+
+
+def _lattice(axes: list[np.ndarray]) -> np.ndarray:
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+
+
+def _fluid(scene: Scene, solids: list[Solid]):
+    """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace."""
+    tank, fluid, spacing = scene.tank, scene.fluid, scene.spacing
+    whole = [(tank.min, (*tank.max[:-1], fluid.still_water_level), None)]
+    blocks = [(b.min, b.max, b.velocity) for b in fluid.blocks] or whole
+    positions, velocities, pressures = [], [], []
+    for number, (low, high, velocity) in enumerate(blocks):
+        axes = [_axis(a, b, o, spacing) for a, b, o in zip(low, high, tank.min, strict=True)]
+        points = _lattice(axes)
+        for other_low, other_high, _ in blocks[:number]:  # blocks may overlap: the first one holds the particle
+            inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
+            points = points[~inside]
+        for solid in solids:
+            points = points[solid.clearance(points) >= (CLEARANCE - 1e-6) * spacing]
+        positions.append(points)
+        velocities.append(np.tile(np.zeros(scene.dimension) if velocity is None else velocity, (len(points), 1)))
+        pressures.append(fluid.density * scene.gravity * (high[-1] - points[:, -1]))
+    pressure = np.concatenate(pressures)
+    if fluid.start == "zero":
+        pressure[:] = 0.0
+    return np.concatenate(positions), np.concatenate(velocities), pressure
+
+
+def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Layers of particles outside the walled sides of the tank. The last axis takes the corners, and under a piston
+    the other walls reach as far back as it does, so that they stay closed while it moves."""
+    tank, spacing, dim = scene.tank, scene.spacing, scene.dimension
+    thick = scene.layers * spacing
+    names = ("x", "z") if dim == 2 else ("x", "y", "z")
+    back = math.ceil(piston_reach(scene) / spacing) * spacing
+    points, owners = [], []
+    for d in range(dim):
+        for side in (-1, 1):
+            if f"{names[d]}{'-' if side < 0 else '+'}" not in tank.walls:
+                continue
+            axes = []
+            for e in range(dim):
+                low, high, origin = tank.min[e], tank.max[e], tank.min[e]
+                if e == d and side < 0:
+                    low, high = tank.min[e] - thick, tank.min[e]
+                elif e == d:
+                    low, high, origin = tank.max[e], tank.max[e] + thick, tank.max[e]
+                elif e < d:
+                    low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
+                    high += thick * (f"{names[e]}+" in tank.walls)
+                axes.append(_axis(low, high, origin, spacing))
+            slab = _lattice(axes)
+            moving = scene.waves is not None and d == 0 and side < 0
+            points.append(slab)
+            owners.append(np.full(len(slab), PISTON if moving else WALL))
+    if not points:
+        return np.empty((0, dim)), np.empty(0, int)
+    return np.concatenate(points), np.concatenate(owners)
+
+
+def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray, np.ndarray]:
+    points, owners = _walls(scene)
+    clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
+    boundary = np.concatenate([points, *clouds])
+    owner = np.concatenate([owners, *(np.full(len(c), o) for c, (o, _) in zip(clouds, solids, strict=True))])
+    order = np.argsort(owner, kind="stable")
+    return boundary[order], owner[order].astype(np.int32)
+
+
+def _off_lattice(scene: Scene):
+    """Sides of the tank that are not a whole number of spacings long leave a gap at the far wall."""
+    names = ("x", "z") if scene.dimension == 2 else ("x", "y", "z")
+    spans = list(zip(names, scene.tank.min, scene.tank.max, strict=True))
+    if not scene.fluid.blocks:
+        spans[-1] = ("z up to the still water level", scene.tank.min[-1], scene.fluid.still_water_level)
+    for name, low, high in spans:
+        count = (high - low) / scene.spacing
+        if abs(count - round(count)) > 0.02 and (name != "z"):
+            yield f"tank: {name}: {high - low:g} m is {count:.2f} spacings; the last {count % 1:.2f} stay without fluid"

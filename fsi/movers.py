@@ -1,0 +1,62 @@
+"""What moves in the boundary: the wavemaker and the bodies, and where their boundary particles are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsi.fluid import Fluid
+from fsi.layout import FIRST_BODY, PISTON
+from fsi.protocols import BodySet
+
+
+@dataclass(frozen=True)
+class Motion:
+    """All owners at one instant: centre (owners, 3) [m], twist (owners, 6) [m/s, rad/s] about it, and the acceleration
+    (2, 6) over the coming step of those that are no bodies."""
+
+    centre: np.ndarray
+    twist: np.ndarray
+    others: np.ndarray
+
+
+class Movers:
+    """Carries the boundary particles of the piston and of the bodies with their owners."""
+
+    def __init__(self, fluid: Fluid, piston, bodies: BodySet | None):
+        self.fluid, self.piston, self.bodies = fluid, piston, bodies
+        self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
+        self._start = fluid.boundary[fluid.of_owner(PISTON)].copy()
+        self._local = []  # boundary particles of each body in its own frame, about its centre of mass
+        motion = bodies.motion() if bodies else None
+        for b in range(fluid.owners - FIRST_BODY if bodies else 0):
+            centre = motion.position[b]
+            points = np.tile(centre, (len(fluid.boundary[fluid.of_owner(FIRST_BODY + b)]), 1))
+            points[:, self._axes] = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
+            self._local.append((points - centre) @ motion.rotation[b])
+
+    def place(self, time: float, dt: float) -> Motion:
+        """Put every moving boundary particle where it is at `time`."""
+        fluid = self.fluid
+        centre, twist = np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6))
+        others = np.zeros((min(FIRST_BODY, fluid.owners), 6))
+        if self.piston:
+            x, u, _ = self.piston(time)
+            twist[PISTON, 0], others[PISTON, 0] = u, (self.piston(time + dt)[1] - u) / dt
+            along = np.eye(fluid.dim)[0]
+            fluid.place(PISTON, self._start + x * along, u * along)
+        if self.bodies:
+            motion = self.bodies.motion()
+            centre[FIRST_BODY:], twist[FIRST_BODY:] = motion.position, motion.velocity
+            for b, local in enumerate(self._local):
+                arm = local @ motion.rotation[b].T
+                velocity = motion.velocity[b, :3] + np.cross(motion.velocity[b, 3:], arm)
+                position = motion.position[b] + arm
+                fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes])
+        return Motion(centre, twist, others)
+
+    def speed(self) -> float:
+        """Largest speed of a moving boundary particle [m/s]."""
+        moving = self.fluid.boundary_velocity[self.fluid.of_owner(0).stop :]
+        return float(np.sqrt((moving**2).sum(1).max(initial=0.0)))

@@ -1,0 +1,149 @@
+"""What the fluid, the bodies, the couplers and the recorders ask of each other.
+
+Axes: arrays of points and vectors have `dim` columns, (x, z) in two dimensions and (x, y, z) in three. Wrenches, twists
+and accelerations of bodies are always spatial: six components, force or linear part (x, y, z) first, torque or angular
+part after, in the world frame about the body's centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Boundary particles of the solids: `position` (n, dim) at t = 0 [m], `owner` (n,) 0 for fixed walls, 1 for the
+    wavemaker, 2 + b for the b-th body."""
+
+    position: np.ndarray
+    owner: np.ndarray
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """State of all wet bodies at one instant, world frame, at the centres of mass.
+
+    position (b, 3) [m], rotation (b, 3, 3) body to world, velocity (b, 6) twist [m/s, rad/s],
+    jacobian (b, 6, nv) d twist / d qvel, bias (b, 6) acceleration that is left when qacc = 0 [m/s2, rad/s2].
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    velocity: np.ndarray
+    jacobian: np.ndarray
+    bias: np.ndarray
+
+
+class Solid(Protocol):
+    """A body of revolution, a box, a mesh: anything that displaces fluid and carries boundary particles."""
+
+    def boundary(self, spacing: float, layers: int) -> np.ndarray:
+        """Boundary particles (n, dim) inside the solid, the outermost layer half a spacing below its surface."""
+
+    def clearance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance (n,) of points (n, dim) to the surface, negative inside; exact near the surface only."""
+
+
+class BodySet(Protocol):
+    """The rigid bodies of a scene (`bodies.BodySet` is MuJoCo's)."""
+
+    names: tuple[str, ...]  # wet bodies, in the order of the owners of their boundary particles
+    joint_names: tuple[str, ...]  # hinge and slide joints, in the order of the joint series
+    joint_is_rotary: tuple[bool, ...]  # True where the joint is a hinge (rad, N m), False for a slide (m, N)
+    mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
+    notes: tuple[str, ...]  # what was decided for the user: substeps, implicit springs, thickened plates
+
+    def solids(self) -> list[tuple[int, Solid]]:
+        """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
+
+    def motion(self) -> BodyMotion: ...
+
+    def energy(self) -> float:
+        """Kinetic plus potential energy of everything MuJoCo moves [J]."""
+
+    def joints(self) -> dict[str, np.ndarray]:
+        """`joint_position`, `joint_velocity`, `joint_force`, `pto_power`, each (joints,), as in the run folder."""
+
+    def advance(self, dt: float, wrench: np.ndarray, added_inertia: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Step the bodies by dt under the fluid's wrench (b, 6) [N, N m], which holds at joint acceleration
+        `acceleration` (nv,) and falls by `added_inertia` (nv, nv) for each unit above it. Returns the mean joint
+        acceleration (nv,) over the step."""
+
+    def save(self) -> object:
+        """The whole state, for `restore`; bit for bit."""
+
+    def restore(self, state: object) -> None: ...
+
+    def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:
+        """Set the named joints (prescribed motion) and leave the rest as it is."""
+
+    def visuals(self) -> list[Visual]:
+        """Triangle meshes of every geom that is drawn, in the frame of its body."""
+
+
+@dataclass(frozen=True)
+class Visual:
+    """A mesh to draw: `body` names its wet body ("" for what does not move), vertices (n, 3), triangles (m, 3)."""
+
+    name: str
+    body: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+    colour: tuple[int, int, int, int] = (200, 200, 200, 255)
+
+
+class FluidLoads(Protocol):
+    """What a coupler asks of the fluid within one step. Accelerations and wrenches: (b, 6), see the module."""
+
+    def pressure(self, acceleration: np.ndarray) -> np.ndarray:
+        """Update the pressure for this acceleration of the bodies; the wrench (b, 6) of the fluid on them."""
+
+    def response(self, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Linear change of the pressure field (an opaque array) and of the wrench (b, 6) per this acceleration."""
+
+    def add(self, response: np.ndarray, factor: float) -> None:
+        """Add factor times a pressure response to the pressure."""
+
+
+class Coupler(Protocol):
+    """How wrench and motion are exchanged in a step: one class a scheme."""
+
+    def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
+        """Settle the bodies' acceleration and the pressure together and advance the bodies from `time` by dt.
+        Returns the settled wrench (b, 6) of the fluid on the bodies over the step."""
+
+
+@dataclass
+class Frame:
+    """What a recorder sees at one instant; arrays are views, valid until the next step.
+
+    Scalars are named as in the run folder (`fsi.series`). Particles: position (n, dim), velocity (n, dim),
+    pressure (n,), in no fixed order. Boundary: pressures and positions of the solids' particles are not drawn.
+    """
+
+    time: float
+    step: int
+    wall_time: float
+    series: dict[str, np.ndarray | float] = field(default_factory=dict)
+    position: np.ndarray | None = None
+    velocity: np.ndarray | None = None
+    pressure: np.ndarray | None = None
+    body_position: np.ndarray | None = None  # (b, 3) centre of mass
+    body_quaternion: np.ndarray | None = None  # (b, 4) wxyz
+
+
+class Recorder(Protocol):
+    """Watches a run and never steers it."""
+
+    def begin(self, scene, bodies: BodySet | None) -> None: ...
+
+    def series(self, frame: Frame) -> None: ...
+
+    def particles(self, frame: Frame) -> None: ...
+
+    def event(self, time: float, step: int, level: str, text: str) -> None: ...
+
+    def end(self) -> None: ...

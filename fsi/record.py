@@ -1,0 +1,118 @@
+"""Recording beside the computation: frames are copied into a bounded queue that one thread writes out."""
+
+from __future__ import annotations
+
+import errno
+from dataclasses import replace
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+
+import numpy as np
+
+from fsi.errors import RunError
+from fsi.protocols import BodySet, Frame, Recorder
+from fsi.scene import Scene
+
+QUEUE_LENGTH = 8  # frames; the run waits for the writer beyond it, so that memory stays bounded
+
+
+def open_recorders(scene: Scene, folder: Path) -> list[Recorder]:
+    """Recorders of the streams that the scene asks for; the packages of the others are not imported."""
+    streams: list[Recorder] = []
+    if scene.output.mcap:
+        from fsi.record_mcap import McapRecorder
+
+        streams.append(McapRecorder(folder / "run.mcap"))
+    if scene.output.timeline:
+        from fsi.record_timeline import TimelineRecorder
+
+        streams.append(TimelineRecorder(folder / "run.rrd"))
+    return [Background(streams)] if streams else []
+
+
+class Background:
+    """A recorder that passes copies of all it sees to other recorders, on a thread of its own.
+
+    What goes wrong there is raised as RunError at the next call, at the latest by `end`.
+    """
+
+    def __init__(self, recorders: list[Recorder]):
+        self._recorders = recorders
+        self._queue: Queue = Queue(QUEUE_LENGTH)
+        self._thread: Thread | None = None
+        self._fault: Exception | None = None
+
+    def begin(self, scene: Scene, bodies: BodySet | None) -> None:
+        """Open the streams here and now: the bodies' meshes must not be read while MuJoCo steps."""
+        try:
+            for recorder in self._recorders:
+                recorder.begin(scene, bodies)
+        except OSError as fault:
+            raise _run_error(fault) from fault
+        self._thread = Thread(target=self._write, name="recorder", daemon=True)
+        self._thread.start()
+
+    def series(self, frame: Frame) -> None:
+        self._hand_over("series", _copy(replace(frame, position=None, velocity=None, pressure=None)))
+
+    def particles(self, frame: Frame) -> None:
+        self._hand_over("particles", _copy(frame))
+
+    def event(self, time: float, step: int, level: str, text: str) -> None:
+        self._hand_over("event", time, step, level, text)
+
+    def end(self) -> None:
+        """Write out what is queued and close the streams; a second call does nothing."""
+        if self._thread:
+            self._queue.put(None)
+            self._thread.join()
+            self._thread = None
+            self._raise()
+
+    def _hand_over(self, method: str, *arguments) -> None:
+        self._raise()
+        self._queue.put((method, arguments))
+
+    def _raise(self) -> None:
+        if self._fault:
+            raise _run_error(self._fault) from self._fault
+
+    def _write(self) -> None:
+        while (job := self._queue.get()) is not None:
+            method, arguments = job
+            for recorder in self._recorders:
+                self._try(getattr(recorder, method), *arguments)
+        for recorder in self._recorders:
+            self._try(recorder.end, even_after_fault=True)
+
+    def _try(self, call, *arguments, even_after_fault: bool = False) -> None:
+        # After a fault the queue is still emptied, or the run would wait for it for ever.
+        if self._fault and not even_after_fault:
+            return
+        try:
+            call(*arguments)
+        except Exception as fault:
+            self._fault = self._fault or fault
+
+
+def _run_error(fault: Exception) -> RunError:
+    if isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT):
+        return RunError("the disk is full: the log could not be written; what came before can be read")
+    return RunError(f"the log could not be written: {fault}")
+
+
+def _copy(frame: Frame) -> Frame:
+    """A frame of its own arrays; particles in single precision, as they are drawn only."""
+    single = {
+        name: np.array(array, np.float32)
+        for name in ("position", "velocity", "pressure")
+        if (array := getattr(frame, name)) is not None
+    }
+    double = {
+        name: np.array(array, np.float64)
+        for name in ("body_position", "body_quaternion")
+        if (array := getattr(frame, name)) is not None
+    }
+    series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
+    return replace(frame, series=series, **single, **double)

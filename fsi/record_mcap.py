@@ -1,0 +1,140 @@
+"""The log of record, `run.mcap`: every time series, the body poses and the events, as typed protobuf messages.
+
+Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
+(foxglove.FrameTransforms, the bodies' centres of mass), `/events` (foxglove.Log). The log time is the simulated time,
+the sequence number the step. Chunks are small and written out at once, so that a killed run loses the last one only.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
+from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message_factory import GetMessageClass
+from mcap.well_known import MessageEncoding
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from fsi.protocols import BodySet, Frame
+from fsi.scene import Scene
+from fsi.scene_file import resolved_toml
+from fsi.series import column_names, describe, labels
+
+CHUNK_BYTES = 16 * 1024  # before compression: about ten frames of a scene with one body
+WORLD = "world"
+
+
+def _series_message():
+    """The message class spindrift.Series: time [s], step, wall time [s] and the values in C order."""
+    file = FileDescriptorProto(name="spindrift/Series.proto", package="spindrift", syntax="proto3")
+    message = file.message_type.add(name="Series")
+    field = FieldDescriptorProto
+    fields = [("time", field.TYPE_DOUBLE), ("step", field.TYPE_INT64), ("wall_time", field.TYPE_DOUBLE)]
+    for number, (name, kind) in enumerate(fields, 1):
+        message.field.add(name=name, number=number, type=kind, label=field.LABEL_OPTIONAL)
+    message.field.add(name="values", number=4, type=field.TYPE_DOUBLE, label=field.LABEL_REPEATED)
+    pool = DescriptorPool()
+    pool.Add(file)
+    return GetMessageClass(pool.FindMessageTypeByName("spindrift.Series"))
+
+
+SeriesMessage = _series_message()
+
+
+class McapRecorder:
+    """Writes `run.mcap`; OSError where the file cannot be written."""
+
+    def __init__(self, path: Path):
+        self._path = path
+
+    def begin(self, scene: Scene, bodies: BodySet | None) -> None:
+        self._names = labels(scene, bodies)
+        self._rotary = tuple(bodies.joint_is_rotary) if bodies else ()
+        self._scene_name = scene.name
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._file = self._path.open("wb")
+        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
+        self._writer.start(profile="", library="spindrift")
+        facts = {
+            "name": scene.name,
+            "dimension": str(scene.dimension),
+            "spacing": repr(scene.spacing),
+            "width": repr(scene.tank.width),
+            "rho": repr(scene.fluid.density),
+            "g": repr(scene.gravity),
+            "joint_kind": json.dumps(["hinge" if rotary else "slide" for rotary in self._rotary]),
+            "toml": resolved_toml(scene),
+        }
+        self._writer.add_metadata("scene", facts)
+        self._file.flush()
+
+    def series(self, frame: Frame) -> None:
+        for name, value in frame.series.items():
+            value = np.asarray(value, float)
+            message = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time, values=value.ravel())
+            self._add(
+                f"/series/{name}", message, frame.time, frame.step, lambda n=name, v=value: self._facts(n, v.shape)
+            )
+        if frame.body_position is not None:
+            self._add("/tf", self._poses(frame), frame.time, frame.step)
+        self._file.flush()
+
+    def particles(self, frame: Frame) -> None:
+        """Particles are on the timeline, not in the log."""
+
+    def event(self, time: float, step: int, level: str, text: str) -> None:
+        level_number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[level.upper()].number
+        message = LogMessage(level=level_number, message=text, name=self._scene_name)
+        message.timestamp.FromNanoseconds(_nanoseconds(time))
+        self._add("/events", message, time, step)
+        self._file.flush()
+
+    def end(self) -> None:
+        try:
+            self._writer.finish()
+        finally:
+            self._file.close()
+
+    def _poses(self, frame: Frame) -> FrameTransforms:
+        message = FrameTransforms()
+        for name, position, (w, *xyz) in zip(
+            self._names["body"], frame.body_position, frame.body_quaternion, strict=True
+        ):
+            pose = message.transforms.add(parent_frame_id=WORLD, child_frame_id=name)
+            pose.timestamp.FromNanoseconds(_nanoseconds(frame.time))
+            pose.translation.x, pose.translation.y, pose.translation.z = position
+            pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w = *xyz, w
+        return message
+
+    def _facts(self, name: str, shape: tuple[int, ...]) -> dict[str, str]:
+        series = describe(name, shape, self._rotary)
+        along = {dim: self._names[dim] for dim in series.dims if self._names.get(dim)}
+        return {
+            "units": series.units,
+            "long_name": series.long_name,
+            "dims": json.dumps(series.dims),
+            "shape": json.dumps(shape),
+            "labels": json.dumps(along),
+            "columns": json.dumps(column_names(series, shape, along)),
+        }
+
+    def _add(self, topic: str, message, time: float, step: int, facts=dict) -> None:
+        if topic not in self._channels:
+            kind = type(message).DESCRIPTOR.full_name
+            if kind not in self._schemas:
+                self._schemas[kind] = register_schema(self._writer, type(message))
+            self._channels[topic] = self._writer.register_channel(
+                topic, MessageEncoding.Protobuf, self._schemas[kind], facts()
+            )
+        stamp = _nanoseconds(time)
+        self._writer.add_message(self._channels[topic], stamp, message.SerializeToString(), stamp, sequence=step)
+
+
+def _nanoseconds(time: float) -> int:
+    return round(time * 1e9)

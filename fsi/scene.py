@@ -1,0 +1,232 @@
+"""A scene: everything that defines a run, as frozen and validated values with every default visible.
+
+SI units; z is up and z = 0 is the still water level unless `fluid.still_water_level` says otherwise. In two dimensions
+points are (x, z), in three (x, y, z). A scene says what is there; `fsi.layout` turns it into particles.
+
+Values are checked here one by one, against each other in `fsi.scene_check`.
+"""
+
+from __future__ import annotations
+
+import math
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
+
+
+def _locate(path: str | Path, info: ValidationInfo) -> Path:
+    """The absolute path: `package://NAME/...` lies in that installed package, a relative path in the folder of the
+    scene file, or in the working directory for a scene that was made in Python."""
+    if str(path).startswith("package://"):
+        package, _, rest = str(path).removeprefix("package://").partition("/")
+        spec = find_spec(package) if package.isidentifier() else None
+        if spec is None or not spec.submodule_search_locations:
+            raise ValueError(f"no installed package {package!r}; write package://bodies/models/FILE or a plain path")
+        return Path(spec.submodule_search_locations[0], rest).absolute()
+    return Path((info.context or {}).get("folder", "."), Path(path).expanduser()).resolve()
+
+
+FilePath = Annotated[Path, BeforeValidator(_locate)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3)]
+Side = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
+
+
+class Part(BaseModel):
+    """Base of every part of a scene: immutable, and an unknown key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, strict=False)
+
+
+class Box(Part):
+    """An axis-aligned box from `min` to `max` [m]."""
+
+    min: Point
+    max: Point
+
+    @model_validator(mode="after")
+    def _ordered(self):
+        if len(self.min) != len(self.max):
+            raise ValueError(f"min has {len(self.min)} and max {len(self.max)} components; give both the same number")
+        if any(a >= b for a, b in zip(self.min, self.max, strict=True)):
+            raise ValueError(f"min {list(self.min)} must lie below max {list(self.max)} on every axis; swap them")
+        return self
+
+
+class Tank(Box):
+    """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
+
+    walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
+    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
+    width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
+
+
+class Block(Box):
+    """A box of fluid at the start, with a uniform velocity [m/s]."""
+
+    velocity: tuple[Number, ...] | None = None
+
+
+class Fluid(Part):
+    """The liquid and where it is at t = 0. Without blocks, it fills the tank up to `still_water_level`."""
+
+    density: Positive = 1000.0  # [kg/m3]
+    kinematic_viscosity: NonNegative = 1e-6  # [m2/s]
+    still_water_level: Number = 0.0  # [m]
+    start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
+    blocks: tuple[Block, ...] = ()
+
+
+class RegularWaves(Part):
+    """Sinusoidal piston at the x- wall, linear theory (Dean & Dalrymple 1991, eq. 6.25)."""
+
+    kind: Literal["regular"] = "regular"
+    wave_height: Positive  # crest to trough [m]
+    period: Positive  # [s]
+    ramp: NonNegative | None = None  # cosine ramp of the stroke [s]; two periods if not given
+
+
+class TableWaves(Part):
+    """Piston at the x- wall that follows a table: columns time [s], displacement [m], commas, a header line."""
+
+    kind: Literal["table"]
+    file: FilePath
+
+
+def _wave_kind(waves) -> str | None:
+    return waves.get("kind", "regular") if isinstance(waves, dict) else getattr(waves, "kind", None)
+
+
+Waves = Annotated[
+    Annotated[RegularWaves, Tag("regular")] | Annotated[TableWaves, Tag("table")], Discriminator(_wave_kind)
+]
+
+
+class DampingZone(Part):
+    """Sponge from x = `start` to `end` [m]: velocities decay at a rate [1/s] that grows to `rate` as the square of the
+    distance into it."""
+
+    start: Number
+    end: Number
+    rate: Positive = 10.0
+
+
+class Gauge(Part):
+    """Wave gauge: free-surface elevation above still water on the vertical through `x` (and `y`)."""
+
+    x: Number
+    y: Number = 0.0
+
+
+class Probe(Part):
+    """Pressure probe at a point [m]."""
+
+    position: Point
+
+
+class BodyFile(Part):
+    """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
+
+    mjcf: FilePath
+    position: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)  # of the file's world origin in the tank [m]
+
+
+class Oscillation(Part):
+    """Prescribed motion of one joint: amplitude sin(omega t) under a cosine ramp (m or rad)."""
+
+    amplitude: Number
+    omega: Positive  # [rad/s]
+    ramp: NonNegative = 0.0  # [s]
+
+
+class MotionTable(Part):
+    """Prescribed motion of one joint from a table: columns time [s] and position [m or rad]."""
+
+    file: FilePath
+
+
+def _motion_kind(motion) -> str:
+    return "table" if isinstance(motion, MotionTable) or (isinstance(motion, dict) and "file" in motion) else "formula"
+
+
+Motion = Annotated[
+    Annotated[Oscillation, Tag("formula")] | Annotated[MotionTable, Tag("table")], Discriminator(_motion_kind)
+]
+
+
+class CouplerSettings(Part):
+    """How the fluid and the bodies exchange force and motion (`couplers/`)."""
+
+    scheme: Literal["added_mass", "prescribed"] = "added_mass"
+    tolerance: Positive = 1e-6  # of the settled acceleration, relative
+    motion: dict[str, Motion] = {}  # joint name -> motion, for `prescribed`
+
+
+class Numerics(Part):
+    """The scheme; every figure's reason is in docs/numerics.md."""
+
+    smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 1.5  # smoothing length / spacing
+    sweeps: Annotated[int, Field(ge=1, le=64)] = 4  # Jacobi sweeps of the pressure per step
+    precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
+    viscosity: Literal["laminar", "none"] = "laminar"
+    artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
+    density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
+    wall_guard: NonNegative = 0.8  # distance [spacing] under which a wall stops an approaching particle
+    mach: Annotated[float, Field(gt=0, le=1)] = 0.4  # sqrt(g depth) over the numerical sound speed
+    courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
+    max_time_step: Positive | None = None  # [s]
+    fixed_time_step: Positive | None = None  # [s]; switches the adaptive step off
+
+
+class Output(Part):
+    """What is logged and how often."""
+
+    series: NonNegative = 0.01  # time series: bodies, joints, gauges, probes, energies [s]; 0 is off
+    particles: NonNegative = 0.05  # particle snapshots on the timeline [s]; 0 is off
+    colour: Literal["pressure", "speed"] = "pressure"
+    mcap: bool = True  # write run.mcap
+    timeline: bool = True  # write run.rrd
+
+
+class Scene(Part):
+    """Everything that defines a run."""
+
+    name: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "scene"  # also of the run folder
+    description: str = ""  # one line, for `fsi cases`
+    dimension: Literal[2, 3] = 2
+    spacing: Positive  # particle spacing dr [m]
+    duration: Positive  # simulated time [s]
+    gravity: NonNegative = 9.81  # [m/s2]
+    tank: Tank
+    fluid: Fluid = Fluid()
+    waves: Waves | None = None
+    damping: tuple[DampingZone, ...] = ()
+    gauges: dict[str, Gauge] = {}
+    probes: dict[str, Probe] = {}
+    bodies: dict[str, BodyFile] = {}
+    coupler: CouplerSettings = CouplerSettings()
+    numerics: Numerics = Numerics()
+    output: Output = Output()
+
+    @property
+    def smoothing_length(self) -> float:
+        """h [m]; the kernel's support is 2 h."""
+        return self.numerics.smoothing_ratio * self.spacing
+
+    @property
+    def layers(self) -> int:
+        """Boundary particle layers that fill the kernel's support."""
+        return math.ceil(2 * self.numerics.smoothing_ratio - 1e-9)

@@ -1,0 +1,191 @@
+"""Checks of a scene's values against each other, before anything is allocated."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+from collections.abc import Iterator
+
+import numpy as np
+
+from fsi.errors import SceneError
+from fsi.scene import Block, Box, RegularWaves, Scene
+from fsi.waves import piston_transfer, read_motion_table, wavenumber
+
+BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
+BREAKING_DEPTH_RATIO = 0.78  # wave height over depth of a solitary wave that breaks (McCowan 1894)
+BREAKING_STEEPNESS = 0.142  # wave height over length of a breaking wave in deep water (Michell 1893)
+
+Fault = tuple[str, str, str]  # key, fault, fix
+
+
+def check_scene(scene: Scene, file: object = "") -> None:
+    """Raise SceneError with one line for each contradiction in the scene."""
+    checks = (_positions, _resolution, _waves, _coupler, _files)
+    # The other checks combine points, so they wait for the dimensions.
+    faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
+    if faults:
+        raise SceneError("\n".join(str(SceneError(fault, key=key, file=file, fix=fix)) for key, fault, fix in faults))
+
+
+def scene_warnings(scene: Scene) -> list[str]:
+    """What is allowed but likely not meant, one line each."""
+    if not isinstance(scene.waves, RegularWaves):
+        return []
+    height, depth = scene.waves.wave_height, water_depth(scene)
+    length = 2 * math.pi / wavenumber(2 * math.pi / scene.waves.period, depth, scene.gravity)
+    warnings = []
+    if height > BREAKING_DEPTH_RATIO * depth:
+        warnings.append(
+            f"waves.wave_height: {height:g} m is {height / depth:.2f} of the depth {depth:g} m; "
+            f"waves break at about {BREAKING_DEPTH_RATIO}"
+        )
+    if height > BREAKING_STEEPNESS * length:
+        warnings.append(
+            f"waves.wave_height: {height:g} m is {height / length:.2f} of the wave length {length:.3g} m; "
+            f"waves break at {BREAKING_STEEPNESS} of it at most"
+        )
+    if height < 4 * scene.spacing:
+        warnings.append(
+            f"spacing: {scene.spacing:g} m gives {height / scene.spacing:.1f} particles over the wave height "
+            f"{height:g} m; such waves decay within a few lengths"
+        )
+    return warnings
+
+
+def water_depth(scene: Scene) -> float:
+    """Depth of the tank's floor below the still water level [m]; a bathymetry is not counted."""
+    return scene.fluid.still_water_level - scene.tank.min[-1]
+
+
+def fluid_depth(scene: Scene) -> float:
+    """Height of the highest fluid at the start above the tank's floor [m]."""
+    return (
+        max((block.max[-1] for block in scene.fluid.blocks), default=scene.fluid.still_water_level) - scene.tank.min[-1]
+    )
+
+
+def fluid_volume(scene: Scene) -> float:
+    """Volume of the fluid at the start [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
+    if scene.fluid.blocks:
+        return sum(math.prod(np.subtract(block.max, block.min)) for block in scene.fluid.blocks)
+    return math.prod(np.subtract(scene.tank.max, scene.tank.min)[:-1]) * water_depth(scene)
+
+
+def _dimensions(scene: Scene) -> Iterator[Fault]:
+    points = {"tank.min": scene.tank.min}
+    for n, block in enumerate(scene.fluid.blocks):
+        points[f"fluid.blocks[{n}].min"] = block.min
+        points[f"fluid.blocks[{n}].velocity"] = block.velocity or block.min
+    points |= {f"probes.{name}.position": probe.position for name, probe in scene.probes.items()}
+    axes = "x, z" if scene.dimension == 2 else "x, y, z"
+    for key, point in points.items():
+        if len(point) != scene.dimension:
+            yield key, f"{list(point)} has {len(point)} components in {scene.dimension} dimensions", f"give {axes}"
+
+
+def _positions(scene: Scene) -> Iterator[Fault]:
+    tank, level = scene.tank, scene.fluid.still_water_level
+    low, high = tank.min[-1], tank.max[-1]
+    if not scene.fluid.blocks and not low < level <= high:
+        yield "fluid.still_water_level", f"{level:g} m is not in the tank, z = {low:g} to {high:g} m", "move it inside"
+    for n, block in enumerate(scene.fluid.blocks):
+        if not (_inside(tank, block.min) and _inside(tank, block.max)):
+            yield f"fluid.blocks[{n}]", f"{_span(block)} leaves the tank {_span(tank)}", "shrink or move it"
+    for (m, a), (n, b) in itertools.combinations(enumerate(scene.fluid.blocks), 2):
+        if _overlap(a, b):
+            yield f"fluid.blocks[{n}]", f"overlaps fluid.blocks[{m}]", "let blocks touch but not overlap"
+    for n, zone in enumerate(scene.damping):
+        if zone.start >= zone.end:
+            yield f"damping[{n}]", f"start {zone.start:g} m is not below end {zone.end:g} m", "swap or move them"
+        elif zone.start < tank.min[0] or zone.end > tank.max[0]:
+            fault = f"x = {zone.start:g} to {zone.end:g} m leaves the tank, x = {tank.min[0]:g} to {tank.max[0]:g} m"
+            yield f"damping[{n}]", fault, "shorten it"
+    for name, gauge in scene.gauges.items():
+        place = (gauge.x,) if scene.dimension == 2 else (gauge.x, gauge.y)
+        for axis, value, a, b in zip("xy", place, tank.min, tank.max, strict=False):
+            if not a <= value <= b:
+                fault = f"{value:g} m is outside the tank, {axis} = {a:g} to {b:g} m"
+                yield f"gauges.{name}.{axis}", fault, "move it inside"
+    for name, probe in scene.probes.items():
+        if not _inside(tank, probe.position):
+            fault = f"{list(probe.position)} is outside the tank {_span(tank)}"
+            yield f"probes.{name}.position", fault, "move it inside"
+
+
+def _resolution(scene: Scene) -> Iterator[Fault]:
+    blocks = scene.fluid.blocks
+    depth = min((b.max[-1] - b.min[-1] for b in blocks), default=water_depth(scene))
+    if 0 < depth < 4 * scene.spacing * (1 - 1e-9):
+        fault = f"{scene.spacing:g} m gives {depth / scene.spacing:.1f} particles over the fluid's depth {depth:g} m"
+        yield "spacing", fault, f"use {depth / 4:.2g} m or less, for at least 4"
+    particles = fluid_volume(scene) / scene.spacing**scene.dimension
+    need, have = particles * BYTES_PER_PARTICLE, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if need > have:
+        fault = f"{scene.spacing:g} m gives {particles:.3g} fluid particles, {need / 1e9:.3g} GB of {have / 1e9:.3g} GB"
+        least = scene.spacing * (need / have) ** (1 / scene.dimension)
+        yield "spacing", fault, f"use more than {least:.2g} m or a smaller tank"
+
+
+def _waves(scene: Scene) -> Iterator[Fault]:
+    if scene.waves is None:
+        return
+    depth, length = water_depth(scene), scene.tank.max[0] - scene.tank.min[0]
+    if "x-" not in scene.tank.walls:
+        yield "tank.walls", "waves need the x- wall, where the piston stands", "add 'x-'"
+    if depth <= 0:
+        yield "fluid.still_water_level", f"waves need water: the depth is {depth:g} m", "raise it above the floor"
+        return
+    if not isinstance(scene.waves, RegularWaves):
+        return
+    if scene.gravity == 0:
+        yield "gravity", "waves need gravity", "use e.g. 9.81"
+        return
+    kd = wavenumber(2 * math.pi / scene.waves.period, depth, scene.gravity) * depth
+    stroke = scene.waves.wave_height / piston_transfer(kd)
+    if stroke / 2 >= length / 4:
+        fault = (
+            f"{scene.waves.wave_height:g} m at a period of {scene.waves.period:g} s in {depth:g} m of water takes a "
+            f"piston stroke of {stroke:.3g} m; half of it must stay below a quarter of the tank's length {length:g} m"
+        )
+        yield "waves.wave_height", fault, "use lower or shorter waves, or a longer tank"
+
+
+def _coupler(scene: Scene) -> Iterator[Fault]:
+    scheme, motion = scene.coupler.scheme, scene.coupler.motion
+    if scheme == "prescribed" and not motion:
+        yield "coupler.motion", "scheme 'prescribed' needs a motion", "add [coupler.motion.JOINT] with amplitude, omega"
+    if scheme != "prescribed" and motion:
+        yield "coupler.scheme", f"coupler.motion is of no use to {scheme!r}", "set scheme = 'prescribed'"
+    if motion and not scene.bodies:
+        yield "coupler.motion", "there are no bodies to move", "add [bodies.NAME] with mjcf"
+
+
+def _files(scene: Scene) -> Iterator[Fault]:
+    files = {f"bodies.{name}.mjcf": body.mjcf for name, body in scene.bodies.items()}
+    tables = {f"coupler.motion.{joint}.file": m.file for joint, m in scene.coupler.motion.items() if hasattr(m, "file")}
+    if scene.tank.bathymetry:
+        files["tank.bathymetry"] = scene.tank.bathymetry
+    if hasattr(scene.waves, "file"):
+        tables["waves.file"] = scene.waves.file
+    for key, path in (files | tables).items():
+        if not path.is_file():
+            yield key, f"no such file: {path}", "check the path; it is relative to the scene file"
+        elif key in tables:
+            try:
+                read_motion_table(path)
+            except SceneError as error:
+                yield key, error.fault, error.fix
+
+
+def _inside(tank: Box, point: tuple[float, ...]) -> bool:
+    return all(a - 1e-9 <= x <= b + 1e-9 for a, x, b in zip(tank.min, point, tank.max, strict=True))
+
+
+def _overlap(a: Block, b: Block) -> bool:
+    return all(low + 1e-9 < high for low, high in zip(np.maximum(a.min, b.min), np.minimum(a.max, b.max), strict=True))
+
+
+def _span(box: Box) -> str:
+    return f"{list(box.min)} to {list(box.max)} m"

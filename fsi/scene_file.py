@@ -1,0 +1,172 @@
+"""Scenes from TOML files and built-in names, and back to TOML with every default written out."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable
+from difflib import get_close_matches
+from importlib.util import find_spec
+from pathlib import Path
+from typing import get_args
+
+from pydantic import BaseModel, ValidationError
+
+from fsi.errors import SceneError
+from fsi.scene import Scene
+from fsi.scene_check import check_scene
+from fsi.toml_text import dumps
+
+HEADER = "# Every value of the scene, defaults included: running this file gives the same run again.\n\n"
+
+
+def load_scene(source: str | Path | Scene, overrides: Iterable[str] = ()) -> Scene:
+    """The scene of a TOML file, of a built-in name, or a given one: `load_scene("flap", ["waves.period=2.0"])`.
+
+    Each override reads `a.b[0].c=value`; the value is TOML, a bare word is a string, an empty value restores the
+    default. Relative paths in the file start at its folder. Raises SceneError, one line per fault, all at once.
+    """
+    if isinstance(source, Scene):
+        data, label, folder = source.model_dump(mode="json", exclude_none=True), source.name, Path()
+    else:
+        path = _find(source)
+        data, label, folder = _read(path), path.name, path.absolute().parent
+        data.setdefault("name", re.sub(r"[^\w.-]", "_", path.stem))
+    for override in overrides:
+        _override(data, override)
+    try:
+        scene = Scene.model_validate(data, context={"folder": folder})
+    except ValidationError as errors:
+        raise SceneError("\n".join(_faults(errors, data, label))) from None
+    check_scene(scene, file=label)
+    return scene
+
+
+def resolved_toml(scene: Scene) -> str:
+    """The scene as TOML with every default visible and absolute paths; loading it gives an equal scene."""
+    return HEADER + dumps(scene.model_dump(mode="json"))
+
+
+def builtin_scenes() -> dict[str, Path]:
+    """Name -> file of the scenes that come with the package `cases` (found without importing it)."""
+    spec = find_spec("cases")
+    folder = Path(spec.submodule_search_locations[0], "scenes") if spec else Path()
+    return {file.stem: file for file in sorted(folder.glob("*.toml"))} if spec else {}
+
+
+def _find(source: str | Path) -> Path:
+    path = Path(source).expanduser()
+    if path.is_file():
+        return path
+    builtin = builtin_scenes()
+    name = str(source)
+    if name in builtin:
+        return builtin[name]
+    if path.suffix == ".toml" or len(path.parts) > 1:
+        raise SceneError("no such file", file=name, fix="give the path of a scene, or a name that `fsi cases` lists")
+    close = get_close_matches(name, builtin, n=1)
+    fix = f"did you mean {close[0]}?" if close else f"built-in are {', '.join(builtin)}"
+    raise SceneError(f"neither a file nor a built-in scene; {fix}", file=name)
+
+
+def _read(path: Path) -> dict:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise SceneError(f"not TOML: {fault}", file=path.name, fix="see toml.io for the syntax") from None
+    except OSError as fault:
+        raise SceneError(f"cannot be read: {fault.strerror}", file=path, fix="check the path") from None
+
+
+def _override(data: dict, text: str) -> None:
+    """Set one `a.b[0].c=value` in the scene's data."""
+    key, equals, value = text.partition("=")
+    tokens = re.findall(r'"([^"]*)"|([^.\[\]"\s]+)|\[(\d+)\]', key)
+    steps = [int(index) if index else quoted or word for quoted, word, index in tokens]
+    if not equals or not steps:
+        raise SceneError(f"{text!r} is not KEY=VALUE", key="--set", fix="write e.g. --set waves.period=2.0")
+    try:
+        *parents, last = steps
+        for step in parents:
+            data = data.setdefault(step, {}) if isinstance(step, str) else data[step]
+        if value.strip():
+            data[last] = _typed(value.strip())
+        elif isinstance(data, dict):
+            data.pop(last, None)
+        else:
+            del data[last]
+    except (TypeError, IndexError, AttributeError):
+        raise SceneError(f"the scene has no {key.strip()}", key="--set", fix="see `fsi check SCENE`") from None
+
+
+def _typed(text: str):
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _faults(errors: ValidationError, data: dict, label: str) -> list[str]:
+    lines = []
+    for error in errors.errors(include_url=False):
+        place = _place(error["loc"], data)
+        fault, fix = _explain(error, place)
+        lines.append(str(SceneError(fault, key=_key(place), file=label, fix=fix)))
+    return lines
+
+
+def _place(loc: tuple, data) -> list:
+    """The steps of `loc` that are in the file: pydantic also lists the branch that it took in a union."""
+    place = []
+    for n, step in enumerate(loc):
+        inside = step in data if isinstance(data, dict) else isinstance(data, list) and isinstance(step, int)
+        if inside:
+            data = data[step]
+        if inside or n == len(loc) - 1:
+            place.append(step)
+    return place
+
+
+def _key(place: list) -> str:
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
+
+
+def _explain(error: dict, place: list) -> tuple[str, str]:
+    """Fault and fix of one pydantic error, in the scene's terms."""
+    kind, given, context = error["type"], error["input"], error.get("ctx", {})
+    if kind == "extra_forbidden":
+        known = _known_keys(place[:-1])
+        close = get_close_matches(str(place[-1]), known, n=1)
+        return "unknown key", f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+    if kind == "missing":
+        return "missing", "add it"
+    if kind == "literal_error":
+        allowed = re.findall(r"'([^']*)'|(\d+)", context["expected"])
+        allowed = [text or number for text, number in allowed]
+        close = get_close_matches(str(given), allowed, n=1)
+        fix = f"did you mean {close[0]}?" if close else "use one of them"
+        return f"{given!r} is not one of {', '.join(allowed)}", fix
+    if kind == "union_tag_invalid":
+        return f"{context['tag']!r} is not one of {context['expected_tags']}".replace("'", ""), "use one of them"
+    if kind in ("value_error", "assertion_error"):
+        fault, _, fix = error["msg"].partition(", ")[2].partition("; ")
+        return fault, fix
+    message = error["msg"].replace("Input should", "should").replace("Tuple", "it").replace("List", "it")
+    shown = f"{given!r}" if not isinstance(given, dict) else "a table"
+    return f"{shown} {message}" if message.startswith("should") else f"{message}, not {shown}", ""
+
+
+def _known_keys(place: list) -> list[str]:
+    """The keys of the scene's part at `place`."""
+    parts = [Scene]
+    for step in place:
+        inner = [p for part in parts if step in part.model_fields for p in _parts(part.model_fields[step].annotation)]
+        parts = inner or parts
+    return sorted({key for part in parts for key in part.model_fields})
+
+
+def _parts(annotation) -> list[type[BaseModel]]:
+    """Every part of a scene that a type annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [part for inner in get_args(annotation) for part in _parts(inner)]

@@ -1,0 +1,215 @@
+"""The run: owns the loop, and binds fluid, bodies, coupler and recorders."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from fsi import sweeps
+from fsi.books import Books
+from fsi.errors import RunError
+from fsi.fluid import Fluid
+from fsi.layout import FIRST_BODY, build
+from fsi.movers import Motion, Movers
+from fsi.protocols import BodySet, Coupler, Frame, Recorder, Solid
+from fsi.scene import Scene
+from fsi.threads import Team
+from fsi.timestep import TimeStep, to_reach
+from fsi.waves import piston
+
+
+class BodyLoads:
+    """The fluid as a coupler sees it (`FluidLoads`): the bodies alone, without walls and wavemaker.
+
+    `carried` (b, 6): force that the wall guard's impulses of the last step amount to.
+    """
+
+    def __init__(self, fluid: Fluid, others: np.ndarray, carried: np.ndarray):
+        self.fluid, self.others, self.carried = fluid, others, carried
+
+    def pressure(self, acceleration: np.ndarray) -> np.ndarray:
+        return self.fluid.pressure(np.concatenate([self.others, acceleration]))[FIRST_BODY:] + self.carried
+
+    def response(self, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        field, wrench = self.fluid.response(np.concatenate([np.zeros_like(self.others), acceleration]))
+        return field, wrench[FIRST_BODY:]
+
+    def add(self, response: np.ndarray, factor: float) -> None:
+        self.fluid.add(response, factor)
+
+
+class Simulation:
+    """A run of a scene.
+
+    `bodies` and `coupler` come together or not at all; `ground` is the bathymetry. Raises SceneError where the scene
+    cannot be laid out, RunError where the run fails.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        bodies: BodySet | None = None,
+        coupler: Coupler | None = None,
+        ground: Solid | None = None,
+        recorders: Sequence[Recorder] = (),
+        threads: int | None = None,
+    ):
+        self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
+        layout = build(scene, bodies, ground)
+        self.team = Team(threads)
+        self.fluid = Fluid(scene, layout, self.team)
+        self.movers = Movers(
+            self.fluid, piston(scene.waves, layout.depth, scene.gravity) if scene.waves else None, bodies
+        )
+        self.books = Books(scene, self.fluid, bodies)
+        self.time, self.dt, self.step_count = 0.0, 0.0, 0
+        self.warnings = list(layout.notes)
+        self.phases: dict[str, float] = defaultdict(float)
+        self._limits = TimeStep(scene, layout.depth)
+        self._started_with = self.fluid.count
+        self._speed = float(np.sqrt((layout.velocity**2).sum(1).max(initial=0.0)))
+        self._acceleration = scene.gravity
+        self._carried = np.zeros((self.fluid.owners, 6))
+        self._due = {"series": 0.0, "particles": 0.0}
+        self._began = clock.perf_counter()
+
+    # -------------------------------------------------------------------------------------- the loop
+
+    def run(self, until: float | None = None, on_step: Callable[[Simulation], None] | None = None) -> None:
+        """Advance to `until` [s] (the scene's duration if not given); on_step is called after each step."""
+        until = self.scene.duration if until is None else until
+        if self.step_count == 0:
+            for recorder in self.recorders:
+                recorder.begin(self.scene, self.bodies)
+        while self.time < until * (1 - 1e-12):
+            self.step(until)
+            if on_step:
+                on_step(self)
+
+    def step(self, until: float = math.inf) -> None:
+        """One coupled step, in the order of the data."""
+        dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
+        logged = [name for name, due in self._due.items() if self.time + dt >= due + self._interval(name) * 0.999]
+        with self._phase("neighbours"):
+            motion = self.movers.place(self.time, dt)
+            self.fluid.begin(dt, motion.centre, motion.twist)
+        if self.step_count == 0:
+            self._start(motion)
+        with self._phase("predictor"):
+            self.fluid.predict()
+        with self._phase("pressure"):
+            wrench = self._exchange(motion, dt)
+        with self._phase("corrector"):
+            if "series" in logged and self.recorders:
+                self.books.open_audit()
+            sums, impulse = self.fluid.correct()
+        self.time += dt
+        self.step_count += 1
+        self._close(sums, impulse, wrench, motion, dt)
+        with self._phase("record"):
+            for name in logged:
+                self._record(name)
+
+    def _start(self, motion: Motion) -> None:
+        """Pressure at t = 0, and the first frame."""
+        if self.scene.fluid.start == "converged":
+            with self._phase("start"):
+                acceleration = np.zeros((self.fluid.owners, 6))
+                acceleration[: len(motion.others)] = motion.others
+                self.fluid.settle(acceleration)
+                self.fluid.begin(self.dt, motion.centre, motion.twist)
+        with self._phase("record"):
+            for name in self._due:
+                self._record(name)
+
+    def _exchange(self, motion: Motion, dt: float) -> np.ndarray:
+        """Pressure, and with it the motion of the bodies; the wrench (owners, 6) over the step."""
+        if self.coupler is None:
+            return self.fluid.pressure(motion.others)
+        loads = BodyLoads(self.fluid, motion.others, self._carried[FIRST_BODY:])
+        settled = self.coupler.step(loads, self.bodies, self.time, dt)
+        wrench = self.fluid.wrench(viscous=True) if self.movers.piston else np.zeros((self.fluid.owners, 6))
+        wrench[FIRST_BODY:] = settled
+        return wrench
+
+    def _close(self, sums, impulse, wrench, motion: Motion, dt: float) -> None:
+        """Book the step and find out whether the run still stands."""
+        new_twist = motion.twist + 0.0
+        if self.movers.piston:
+            new_twist[: len(motion.others)] += dt * motion.others
+        if self.bodies:
+            new_twist[FIRST_BODY:] = self.bodies.motion().velocity
+        self.books.close(sums, impulse, wrench, motion.twist, new_twist, dt)
+        self._carried = impulse / dt
+        self._speed = max(self.books.max_speed, self.movers.speed())
+        self._acceleration = math.sqrt(sums[sweeps.ACCELERATION2])
+        self._check(np.isfinite(sums).all() and np.isfinite(wrench).all())
+
+    def _check(self, finite: bool) -> None:
+        """Raises RunError where the run has become unstable."""
+        wave_speed = math.sqrt(self.scene.gravity * self.fluid.depth)
+        fastest = 1e3 * max(wave_speed, self.scene.spacing)
+        if not finite:
+            fault = "a velocity or a force is no longer finite"
+        elif self._speed > fastest:
+            fault = f"the fluid moves at {self._speed:.3g} m/s"
+        elif self.fluid.count < 0.5 * self._started_with:
+            fault = f"{self.fluid.lost} of {self._started_with} particles have left the tank"
+        else:
+            return
+        raise RunError(
+            f"unstable at t = {self.time:.4g} s (step {self.step_count}): {fault}; "
+            "try a smaller numerics.mach or numerics.courant, or a finer spacing"
+        )
+
+    # -------------------------------------------------------------------------------------- watching
+
+    @contextmanager
+    def _phase(self, name: str):
+        start = clock.perf_counter()
+        yield
+        self.phases[name] += clock.perf_counter() - start
+
+    def _interval(self, stream: str) -> float:
+        interval = getattr(self.scene.output, stream)
+        return interval if interval > 0 and self.recorders else math.inf
+
+    def _record(self, stream: str) -> None:
+        """Hand the state to the recorders; the next frame is due one interval on."""
+        interval = self._interval(stream)
+        if math.isinf(interval):
+            return
+        if self.step_count:
+            self._due[stream] = interval * math.floor(self.time / interval + 1e-3)
+        frame = Frame(self.time, self.step_count, clock.perf_counter() - self._began)
+        if stream == "series":
+            frame.series = self.books.series()
+        else:
+            frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
+            frame.pressure = self.fluid.pressure_values
+        for recorder in self.recorders:
+            (recorder.series if stream == "series" else recorder.particles)(frame)
+
+    @property
+    def threads(self) -> int:
+        return self.team.threads
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Particles by kind; `body` holds the wavemaker and the bodies."""
+        walls = self.fluid.of_owner(0).stop
+        return {"fluid": self.fluid.count, "wall": walls, "body": len(self.fluid.owner) - walls}
+
+    @property
+    def memory_bytes(self) -> int:
+        return self.fluid.nbytes
+
+    def audit(self) -> dict:
+        """Books of energy and momentum, for `run.json`."""
+        return self.books.audit()

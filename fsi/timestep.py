@@ -1,0 +1,57 @@
+"""The time step and its reasons.
+
+One Jacobi sweep a step makes the pressure travel at c = 0.378 h sqrt(sweeps) / dt, so dt sets the numerical Mach number;
+besides, no particle may move or accelerate through a good part of its support in a step, and the explicit viscous term has
+its own limit (Morris et al. 1997, eq. 19-21).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fsi.fluid import SOUND
+from fsi.scene import Scene
+
+GROWTH = 1.05  # a step is at most so much longer than the one before
+
+
+@dataclass
+class TimeStep:
+    """Chooses the time step [s] of each step of a scene whose fluid is `depth` metres high."""
+
+    scene: Scene
+    depth: float
+    previous: float | None = None
+
+    def limits(self, speed: float, acceleration: float) -> dict[str, float]:
+        """Each limit [s] by name, for the largest speed [m/s] and acceleration [m/s2] in the fluid and its boundary."""
+        numerics, h = self.scene.numerics, self.scene.smoothing_length
+        wave = math.sqrt(self.scene.gravity * self.depth)
+        nu = self.scene.fluid.kinematic_viscosity if numerics.viscosity == "laminar" else 0.0
+        over = lambda a, b: a / b if b > 0 else math.inf  # noqa: E731
+        return {
+            "sound": over(SOUND * h * math.sqrt(numerics.sweeps) * numerics.mach, wave),
+            "speed": over(numerics.courant * h, speed),
+            "acceleration": 0.25 * math.sqrt(over(h, acceleration)),
+            "viscosity": over(0.125 * h * h, nu),
+            "max_time_step": numerics.max_time_step or math.inf,
+        }
+
+    def choose(self, speed: float, acceleration: float) -> float:
+        """The time step [s] for the coming step."""
+        if self.scene.numerics.fixed_time_step:
+            return self.scene.numerics.fixed_time_step
+        step = min(self.limits(speed, acceleration).values())
+        if not math.isfinite(step):  # no gravity, no motion, no viscosity: nothing sets a scale but the run's length
+            step = self.scene.duration / 100
+        if self.previous is not None:
+            step = min(step, GROWTH * self.previous)
+        self.previous = step
+        return step
+
+
+def to_reach(until: float, time: float, step: float) -> float:
+    """The step shortened so that the run ends exactly at `until`, without a sliver at the end."""
+    left = until - time
+    return left if left <= step else 0.5 * left if left < 2 * step else step
