@@ -12,7 +12,6 @@ from bodies.meshes import open_edges
 from fsi.errors import SceneError
 from fsi.scene import BodyFile
 
-MODELS = Path(__file__).parent / "models"  # the models that come with the project
 GEOM = mujoco.mjtObj.mjOBJ_GEOM
 
 
@@ -36,8 +35,8 @@ def load_model(files: Mapping[str, BodyFile], gravity: float, source: object) ->
             try:
                 whole.attach(part, prefix=f"{key}/", frame=whole.worldbody.add_frame())
             except ValueError as error:
-                fault = _one_line(error)
-                raise SceneError(fault, key=f"bodies.{key}", file=source, fix="give all files the same options") from None
+                key, fix = f"bodies.{key}", "give all files the same options"
+                raise SceneError(_one_line(error), key=key, file=source, fix=fix) from None
     model = _compile(whole, path)
     notes = []
     if _count_meshes_exactly(whole, model):
@@ -57,8 +56,8 @@ def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: obje
     for prefix in [f"{key}/" for key in files] if len(files) > 1 else [""]:
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TUPLE, f"{prefix}wet")
         if index < 0:
-            names = [name_of(model, GEOM, g) for g in range(model.ngeom)]
-            geoms += [g for g, name in enumerate(names) if name.startswith(prefix) and moves(model, model.geom_bodyid[g])]
+            moving = [g for g in range(model.ngeom) if moves(model, model.geom_bodyid[g])]
+            geoms += [g for g in moving if name_of(model, GEOM, g).startswith(prefix)]
             continue
         members = slice(model.tuple_adr[index], model.tuple_adr[index] + model.tuple_size[index])
         if (model.tuple_objtype[members] != GEOM).any():
@@ -79,19 +78,22 @@ def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
 
 
 def _read(file: BodyFile, gravity: float, key: str, source: object) -> tuple[mujoco.MjSpec, Path]:
-    path = _find(file.mjcf, key, source)
+    path = file.mjcf
+    if not path.is_file():
+        fix = "give the path of an MJCF file, or package://bodies/models/NAME.xml for one that comes with the project"
+        raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix=fix)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise SceneError(_one_line(error), file=path, fix="correct the MJCF") from None
     option = spec.option
     if option.density or option.viscosity or np.any(option.wind):
-        fix = "remove density, viscosity and wind from <option>"
-        raise SceneError("MuJoCo's own fluid model is on, and the fluid would act twice", key="option", file=path, fix=fix)
+        fault, fix = "MuJoCo's own fluid model is on", "remove density, viscosity and wind: the fluid would act twice"
+        raise SceneError(fault, key="option", file=path, fix=fix)
     if not np.allclose(option.gravity, (0.0, 0.0, -gravity), rtol=1e-6, atol=1e-9):
         given = " ".join(f"{value:g}" for value in option.gravity)
-        fix = f'set gravity="0 0 {-gravity:g}" or change the scene\'s gravity'
-        raise SceneError(f"gravity is {given} m/s2 where the scene has 0 0 {-gravity:g}", key="option", file=path, fix=fix)
+        fault, fix = f"gravity is {given} m/s2 where the scene has 0 0 {-gravity:g}", "make them the same"
+        raise SceneError(fault, key="option", file=path, fix=fix)
     for kind, elements in (("body", spec.bodies), ("geom", spec.geoms), ("joint", spec.joints)):
         for number, element in enumerate(elements):
             element.name = element.name or f"{kind}{number}"
@@ -99,23 +101,13 @@ def _read(file: BodyFile, gravity: float, key: str, source: object) -> tuple[muj
     return spec, path
 
 
-def _find(path: Path, key: str, source: object) -> Path:
-    """The file itself, or the model of this name that comes with the project."""
-    if path.is_file():
-        return path
-    if (MODELS / path.name).is_file() and not path.is_absolute() and path.parent == Path("."):
-        return MODELS / path.name
-    known = ", ".join(sorted(model.name for model in MODELS.glob("*.xml")))
-    raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix=f"give a path, or one of the models {known}")
-
-
 def _shift(spec: mujoco.MjSpec, position) -> None:
     """Move everything in the file's world by `position`."""
     world = spec.worldbody
-    elements = [e for e in (*world.bodies, *world.geoms, *world.sites, *world.cameras, *world.lights) if e.frame is None]
-    elements += [frame for frame in world.frames if frame.frame is None]
+    elements = [*world.bodies, *world.geoms, *world.sites, *world.cameras, *world.lights, *world.frames]
+    free = [element for element in elements if element.frame is None]
     shifted = world.add_frame(pos=position)
-    for element in elements:
+    for element in free:
         element.set_frame(shifted)
 
 

@@ -94,24 +94,29 @@ def under(
     the thinnest part.
     """
     dim = len(lower)
-    step = min(spacing / (2 if dim == 3 else 8), finest)
-    points = inside(nearest, lower, upper, layers * spacing, step)
+    step = min(spacing / (2 if len(lower) == 3 else 8), finest)
+    points = near(nearest, lower, upper, layers * spacing, step)
     depth = -nearest(points)[0]
     parts = []
     for layer in range(layers):
         target = (layer + 0.5) * spacing
-        band = (depth > layer * spacing) & (depth <= (layer + 1) * spacing)
-        moved, reached = _slide(nearest, points[band], target)
+        shares = _cover(depth, layer * spacing, step) - _cover(depth, (layer + 1) * spacing, step)
+        moved, reached = _slide(nearest, points[shares > 0], target)
         keep = reached > (0.0 if layer == 0 else target - 0.25 * spacing)
-        share = np.minimum(2 * reached[keep] / spacing, 1.0)
-        wanted = (step**dim / share).sum() / spacing**dim
+        thick = np.minimum(2 * reached[keep], spacing)
+        wanted = (shares[shares > 0][keep] * step / thick).sum() * (step / spacing) ** (len(lower) - 1)
         parts.append(_thin_to(moved[keep], wanted, spacing))
     return np.vstack(parts)
 
 
-def inside(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, step: float) -> np.ndarray:
-    """Lattice points (n, dim) with spacing `step` that lie inside within `reach` of the surface, row by row.
-    Cells that the distance rules out are never refined."""
+def _cover(depth: np.ndarray, level: float, step: float) -> np.ndarray:
+    """Share of the lattice cells, centred at `depth` (n,), that lies below the depth `level`."""
+    return np.clip((depth - level) / step + 0.5, 0.0, 1.0)
+
+
+def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, step: float) -> np.ndarray:
+    """Lattice points (n, dim) with spacing `step`, row by row, whose cells touch what lies inside within `reach` of the
+    surface. Larger cells that the distance rules out are never refined."""
     dim = len(lower)
     extent = float(np.max(upper - lower))
     level = max(0, math.ceil(math.log2(extent / (16 * step))))
@@ -126,40 +131,44 @@ def inside(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float,
         size /= 2
         cells = (cells[:, None] + corner * size).reshape(-1, dim)
     distance = nearest(cells)[0]
-    cells = cells[(distance < 0.0) & (distance >= -reach)]
+    cells = cells[(distance < step / 2) & (distance > -reach - step / 2)]
     return cells[np.lexsort(np.round(cells / step).T)]
 
 
 def deepest(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, spacing: float, finest: float) -> float:
     """Radius of the largest ball inside a closed surface [m], but not more than 1.25 spacings."""
-    points = inside(nearest, lower, upper, 1.5 * spacing, min(spacing / 2, finest))
+    points = near(nearest, lower, upper, 1.5 * spacing, min(spacing / 2, finest))
     return float(_slide(nearest, points, 1.25 * spacing)[1].max()) if len(points) else 0.0
 
 
 def _slide(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, dim) moved to the depth `target` along the normal, or to the middle of what is thinner, and the depths
     (n,) they reach. The passes carry points in a corner to the corner of the layer."""
-    moved = points
-    for _ in range(4):
-        distance, foot = nearest(moved)
-        moved = foot + (moved - foot) * (target / np.maximum(-distance, 1e-9 * target))[:, None]
-    reached = -nearest(moved)[0]
-    short = np.flatnonzero(reached < 0.98 * target)
-    if short.size:
-        moved[short], reached[short] = _to_middle(nearest, points[short], target)
+    moved, reached, rest = points.copy(), np.zeros(len(points)), np.arange(len(points))
+    for _ in range(5):
+        distance, foot = nearest(moved[rest])
+        reached[rest] = -distance
+        off = np.abs(distance + target) > 1e-3 * target
+        rest = rest[off]
+        moved[rest] = foot[off] + target * _inward(moved[rest], foot[off], distance[off])
+    if rest.size:
+        moved[rest] = _climb(nearest, points[rest], target)
+        reached[rest] = -nearest(moved[rest])[0]
     return moved, reached
 
 
-def _to_middle(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
-    """The points (n, dim) pushed along their normals as long as their closest surface point stays the same."""
-    distance, foot = nearest(points)
-    low, high = -distance, np.full(len(points), target)
-    normal = (points - foot) / np.maximum(low, 1e-9 * target)[:, None]
-    for _ in range(8):
-        middle = (low + high) / 2
-        free = -nearest(foot + normal * middle[:, None])[0] > 0.999 * middle
-        low, high = np.where(free, middle, low), np.where(free, high, middle)
-    return foot + normal * low[:, None], low
+def _climb(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:
+    """Points (n, dim) moved away from the surface in ever shorter strides, until they are `target` deep or as deep as
+    the solid is there. The strides are odd so that none ends on the far side of a plate, where there is no way back."""
+    for stride in 0.437 * target * 0.77 ** np.arange(20):
+        distance, foot = nearest(points)
+        points = points + np.clip(target + distance, 0.0, stride)[:, None] * _inward(points, foot, distance)
+    return points
+
+
+def _inward(points: np.ndarray, foot: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Unit normals (n, dim) from closest surface points `foot` into the solid; zero for points on the surface."""
+    return (foot - points) * np.divide(1.0, distance, out=np.zeros_like(distance), where=distance != 0)[:, None]
 
 
 def _thin_to(points: np.ndarray, wanted: float, spacing: float) -> np.ndarray:

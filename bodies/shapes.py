@@ -5,7 +5,8 @@ A shape lives in its own frame, in two or three dimensions; a `Placed` shape is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -96,25 +97,29 @@ class Capsule:
         return 2 * self.radius
 
 
-@dataclass
 class Placed:
-    """A shape in the tank: world = origin (dim,) + axes (dim, dim) @ local, less the particles that lie inside `others`."""
+    """A shape in the tank: world = origin (dim,) + axes (dim, dim) @ local.
+    Particles inside `others`, earlier solids of the same owner, are left out."""
 
-    shape: Shape
-    origin: np.ndarray
-    axes: np.ndarray
-    others: tuple[Solid, ...] = ()
-    _sampled: dict = field(default_factory=dict, repr=False)
+    def __init__(self, shape: Shape, origin: np.ndarray, axes: np.ndarray):
+        self.shape, self._origin, self._axes = shape, origin, axes
+        self.others: tuple[Solid, ...] = ()
+        self.sampled = cache(self._sample)  # (spacing, layers) -> particles (n, dim) before any is left out
+        self._trimmed = cache(self._trim)
 
     def boundary(self, spacing: float, layers: int) -> np.ndarray:
         """Boundary particles (n, dim) inside the solid, the outermost layer half a spacing below its surface."""
-        if (spacing, layers) not in self._sampled:
-            points = self.origin + self.shape.sample(spacing, layers) @ self.axes.T
-            for other in self.others:
-                points = points[other.clearance(points) > 0.0]
-            self._sampled[spacing, layers] = points
-        return self._sampled[spacing, layers].copy()
+        return self._trimmed(spacing, layers).copy()
 
     def clearance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) of points (n, dim) to the surface, negative inside."""
-        return self.shape.distance((points - self.origin) @ self.axes)
+        return self.shape.distance((points - self._origin) @ self._axes)
+
+    def _sample(self, spacing: float, layers: int) -> np.ndarray:
+        return self._origin + self.shape.sample(spacing, layers) @ self._axes.T
+
+    def _trim(self, spacing: float, layers: int) -> np.ndarray:
+        points = self.sampled(spacing, layers)
+        for other in self.others:
+            points = points[other.clearance(points) > 0.0]
+        return points

@@ -1,12 +1,12 @@
 """MuJoCo steps of bodies that carry the added inertia of a fluid.
 
-Over a step the fluid's wrench falls with the joint acceleration a (nv,) as F(a) = F0 - Ma (a - a0), so that the bodies obey
+Over a step the joint force of the fluid falls with the joint acceleration a (nv,) as J^T F0 - Ma (a - a0), so that
 
     (M + Ma) a = tau(q, qd) + J^T F0 + Ma a0.
 
-MuJoCo takes the diagonal of Ma as `dof_armature`; the rest enters as an applied force that depends on a and is iterated:
-without contact or limit the map is affine and one Newton correction is exact, Broyden's updates (Broyden 1965,
-doi:10.1090/S0025-5718-1965-0198670-6) follow the kinks that constraints bring.
+MuJoCo takes the diagonal of Ma as `dof_armature`; the rest enters as an applied force that depends on a and is
+iterated: without contact or limit the map is affine and one Newton correction is exact, Broyden's updates (Broyden
+1965, doi:10.1090/S0025-5718-1965-0198670-6) follow the kinks that constraints bring.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Stepper:
         self._weight = np.linalg.norm(model.opt.gravity) ** 2 * model.body_mass.sum()
         self.refresh()
 
-    def advance(self, dt: float, bodies: np.ndarray, wrench: np.ndarray, added: np.ndarray, a0: np.ndarray) -> np.ndarray:
+    def advance(self, dt: float, bodies: np.ndarray, wrench: np.ndarray, added: np.ndarray, a0: np.ndarray):
         """Step by dt [s] under the wrench (b, 6) on `bodies` (b,) at their centres of mass, world frame, with the added
         inertia (nv, nv) about the joint acceleration a0 (nv,). Returns the mean joint acceleration (nv,)."""
         data = self.data
@@ -64,8 +64,8 @@ class Stepper:
         mujoco.mj_fwdActuation(self.model, self.data)
 
     def _load(self, diagonal: np.ndarray, dt: float) -> None:
-        """Put added inertia and implicit springs into the model. `mj_setConst` is needed for armature to count on simple
-        joints, and keeps limits and contacts as hard as they are without it."""
+        """Put added inertia and implicit springs into the model. `mj_setConst` is needed for armature to count on
+        simple joints, and keeps limits and contacts as hard as they are without it."""
         model = self.model
         model.opt.timestep = dt
         model.dof_armature[:] = self._armature + diagonal
@@ -73,7 +73,9 @@ class Stepper:
         model.dof_damping[:] = self._damping + np.where(stiff, dt * self._stiffness, 0.0)
         for joint in np.unique(model.dof_jntid[stiff]):
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
-            self.notes.setdefault(f"spring {joint}", f"joint {name!r}: its spring is too stiff for the time step, so implicit")
+            self.notes.setdefault(
+                f"spring {joint}", f"joint {name!r}: spring too stiff for the time step, taken implicitly"
+            )
         mujoco.mj_setConst(model, self._scratch)
 
     def _unload(self) -> None:
@@ -99,12 +101,12 @@ class Stepper:
         implicit = inertia + model.opt.timestep * np.diag(model.dof_damping)
         inverse = np.linalg.solve(implicit + coupling, implicit)
         for _ in range(PASSES):
-            limit = guess @ inertia @ guess + self._weight + np.finfo(float).tiny
-            if residual @ inertia @ residual <= self.tolerance**2 * limit:
-                return
             step = inverse @ residual
             guess, last = guess + step, residual
             residual, inertia = self._trial(start, load - coupling @ guess, guess)
+            limit = guess @ inertia @ guess + self._weight + np.finfo(float).tiny
+            if residual @ inertia @ residual <= self.tolerance**2 * limit:
+                return
             inverse = _broyden(inverse, step, residual - last)
         self.unsettled += 1
         self.notes["unsettled"] = f"{self.unsettled} substeps did not settle the added inertia within {PASSES} passes"
@@ -135,7 +137,7 @@ def positive(matrix: np.ndarray) -> np.ndarray:
 
 
 def _broyden(inverse: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Broyden's update of `inverse`, the negative inverse Jacobian of the residual, so that inverse @ change = -step."""
+    """Broyden's update of `inverse`, the negative inverse Jacobian of a residual: inverse @ change = -step."""
     image = inverse @ change
     norm = step @ image
     if norm == 0.0:

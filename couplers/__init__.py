@@ -1,0 +1,19 @@
+"""How the fluid and the bodies exchange force and motion within a step: one module a scheme."""
+
+from couplers.added_mass import AddedMass
+from couplers.prescribed import Prescribed
+from fsi.errors import SceneError
+from fsi.protocols import BodySet, Coupler
+from fsi.scene import CouplerSettings
+
+__all__ = ["AddedMass", "Prescribed", "make"]
+
+
+def make(settings: CouplerSettings, bodies: BodySet, source: object = "scene.toml") -> Coupler:
+    """The coupler of a scene. Raises SceneError, which calls the scene `source`, for joints that do not exist."""
+    if settings.scheme == "prescribed":
+        return Prescribed(settings.motion, bodies, source)
+    if settings.motion:
+        fix = 'set coupler.scheme = "prescribed" or remove it'
+        raise SceneError("has no effect with this scheme", key="coupler.motion", file=source, fix=fix)
+    return AddedMass(bodies)

@@ -11,8 +11,9 @@ from functools import cache
 import numpy as np
 from numba import njit
 
+from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, dot, other, other_vector, own, own_vector, store, zero, zero_vector
-from fsi.sweeps import OPTIONS, touches
+from fsi.sweeps import touches
 from fsi.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
 
@@ -22,7 +23,7 @@ def make_weights(lanes: int, dim: int, laminar: bool):
     the fluid on it into `force` (b, DIM), the exact opposite of its forces on the fluid."""
     L, DIM = lanes, dim
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim, laminar)
     def collect(counter, bounds, groups, first, flow, weights, force, k):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((1 + 2 * DIM) * L, flow.dtype)
@@ -69,7 +70,7 @@ def make_extrapolation(lanes: int, dim: int, everywhere: bool = True):
     L, DIM = lanes, dim
     P = dim
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim, everywhere)
     def extrapolate(counter, bounds, groups, first, rows, weights, fall, k, low, high):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(L, rows.dtype)
@@ -107,7 +108,7 @@ def make_force(lanes: int, dim: int):
     L, DIM = lanes, dim
     P = dim
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim)
     def press(counter, bounds, groups, first, rows, owner, least, force, k):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(DIM * L, rows.dtype)

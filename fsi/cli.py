@@ -59,27 +59,28 @@ def run(
     bodies, coupler, ground = _bind(scene, label)
     for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
         say(line)
-    folder = RunFolder.create(scene, out)
-    say(f"writing to {folder.path}")
-    start = time.perf_counter()
+    folder = RunFolder.choose(scene, out)
     from fsi.progress import Progress
+    from fsi.record import open_recorders
+    from fsi.simulation import Simulation
 
-    with _manifest(folder, start) as watch:
-        from fsi.record import open_recorders
-        from fsi.simulation import Simulation
+    recorders = open_recorders(scene, folder.path)
+    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+    folder.create(scene, threads=sim.threads, particles=sim.counts)
+    say(f"writing to {folder.path}")
+    with (
+        _manifest(folder, sim),
+        Progress(scene.duration, quiet=quiet) as progress,
+        _closing(recorders, sim),
+        _interruption(say) as interrupted,
+    ):
 
-        recorders = open_recorders(scene, folder.path)
-        with Progress(scene.duration, quiet=quiet) as progress, _closing(recorders), _interruption(say) as interrupted:
-            sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
-            watch.sim = sim
-            folder.write(threads=sim.threads, particles=sim.counts)
+        def on_step(sim) -> None:
+            progress(sim)
+            if interrupted.is_set():
+                raise KeyboardInterrupt
 
-            def on_step(sim) -> None:
-                progress(sim)
-                if interrupted.is_set():
-                    raise KeyboardInterrupt
-
-            sim.run(scene.duration, on_step)
+        sim.run(scene.duration, on_step)
     for line in sim.warnings:
         say(line)
     facts = folder.manifest
@@ -129,36 +130,30 @@ def _bind(scene: Scene, label: str) -> tuple:
     return bodies, coupler, ground
 
 
-@dataclass
-class _Watch:
-    sim: object = None
-
-
 @contextmanager
-def _manifest(folder: RunFolder, start: float):
+def _manifest(folder: RunFolder, sim):
     """Keep `run.json` true, however the run inside ends; an interruption is swallowed, an error passes on."""
-    watch, status, reason = _Watch(), "failed", ""
+    start, status, reason = time.perf_counter(), "failed", ""
     try:
-        yield watch
+        yield
         status = "done"
     except KeyboardInterrupt:
         status, reason = "interrupted", "stopped by a signal"
-        if watch.sim is None:
-            raise
     except BaseException as error:
         reason = str(error) or type(error).__name__
         raise
     finally:
-        facts = {"status": status, "reason": reason, "wall_seconds": time.perf_counter() - start}
-        if (sim := watch.sim) is not None:
-            facts |= {
-                "steps": sim.step_count,
-                "simulated_seconds": sim.time,
-                "memory_bytes": sim.memory_bytes,
-                "phases": sim.phases,
-                "audit": sim.audit(),
-                "warnings": sim.warnings,
-            }
+        facts = {
+            "status": status,
+            "reason": reason,
+            "steps": sim.step_count,
+            "simulated_seconds": sim.time,
+            "wall_seconds": time.perf_counter() - start,
+            "memory_bytes": sim.memory_bytes,
+            "phases": sim.phases,
+            "audit": sim.audit(),
+            "warnings": sim.warnings,
+        }
         _write(folder, facts)
 
 
@@ -170,19 +165,28 @@ def _write(folder: RunFolder, facts: dict) -> None:
 
 
 @contextmanager
-def _closing(recorders: list):
-    """Close the streams at the end; where the run itself has failed, its error is the one to be seen."""
+def _closing(recorders: list, sim):
+    """Close the streams after a last event that says how the run ended; of two errors the run's own is the one seen."""
     try:
         yield
-    except BaseException:
-        for recorder in recorders:
-            try:
-                recorder.end()
-            except RunError as error:
-                _say(str(error))
+    except BaseException as error:
+        level, text = ("warning", "interrupted") if isinstance(error, KeyboardInterrupt) else ("error", str(error))
+        try:
+            _close(recorders, sim, level, text)
+        except RunError as second:
+            _say(str(second))
         raise
+    _close(recorders, sim, "info", "done")
+
+
+def _close(recorders: list, sim, level: str, text: str) -> None:
     for recorder in recorders:
-        recorder.end()
+        try:
+            for line in sim.warnings:
+                recorder.event(sim.time, sim.step_count, "warning", line)
+            recorder.event(sim.time, sim.step_count, level, text)
+        finally:
+            recorder.end()
 
 
 @contextmanager

@@ -14,17 +14,17 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
 from fsi.cells import CellSort
+from fsi.compiled import helper, kernel
 from fsi.errors import RunError
 from fsi.lanes import append, at, bits_below, claim, consecutive, count_bits, load, maximum, minimum, other, store, zero
 from fsi.threads import Team, chunk_bounds
 
 RUN = 16  # particles that share candidates
 CANDIDATES = 4096  # at most, for one run
-SLACK = 2 * CANDIDATES  # room kept free in the list of each chunk
+SLACK = RUN // 4 * CANDIDATES  # room kept free in the list of each chunk
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
 
@@ -42,7 +42,7 @@ def make_search(lanes: int, dim: int):
     """The search kernel for groups of this many lanes in this dimension."""
     solid = dim == 3
 
-    @register_jitable
+    @helper(lanes, dim)
     def gather(xs, s, e, start, first_row, cell, shape, radius, rows, near, m, centre):
         """Append the particles closer than radius to the box of particles s to e: their rows, and their positions
         relative to the box's centre. Returns how many there are now, -1 if too many."""
@@ -91,7 +91,7 @@ def make_search(lanes: int, dim: int):
                     m += count_bits(hits)
         return m
 
-    @register_jitable
+    @helper(lanes, dim)
     def thin(xs, s, e, centre, radius, rows, near, first, m, lst, k, t):
         """Append to lst the candidates first to m closer than radius to one of the particles s to e; returns the new k.
         |x_j - x_i|^2 = |x_j|^2 - 2 x_j . x_i + |x_i|^2, with the smallest of the last two terms kept."""
@@ -122,7 +122,7 @@ def make_search(lanes: int, dim: int):
             k += count_bits(hits)
         return k
 
-    @njit(fastmath=True, error_model="numpy", nogil=True, cache=True)
+    @kernel(lanes, dim)
     def search(
         counter, bounds, own_start, own_row, xs, starts, first_rows, pieces, cell, shape, radius, longest,
         group_offset, list_offset, group_count, group, span, lst,

@@ -109,10 +109,5 @@ def _copy(frame: Frame) -> Frame:
         for name in ("position", "velocity", "pressure")
         if (array := getattr(frame, name)) is not None
     }
-    double = {
-        name: np.array(array, np.float64)
-        for name in ("body_position", "body_quaternion")
-        if (array := getattr(frame, name)) is not None
-    }
     series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
-    return replace(frame, series=series, **single, **double)
+    return replace(frame, series=series, **single)

@@ -27,6 +27,7 @@ from fsi.series import column_names, describe, labels
 
 CHUNK_BYTES = 16 * 1024  # before compression: about ten frames of a scene with one body
 WORLD = "world"
+POSE = {"body_position", "body_quaternion"}  # these series are on /tf
 
 
 def _series_message():
@@ -75,13 +76,17 @@ class McapRecorder:
         self._file.flush()
 
     def series(self, frame: Frame) -> None:
+        stamp = {"time": frame.time, "step": frame.step, "wall_time": frame.wall_time}
         for name, value in frame.series.items():
-            value = np.asarray(value, float)
-            message = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time, values=value.ravel())
-            self._add(
-                f"/series/{name}", message, frame.time, frame.step, lambda n=name, v=value: self._facts(n, v.shape)
-            )
-        if frame.body_position is not None:
+            if name in POSE or np.size(value) == 0:
+                continue
+            topic = f"/series/{name}"
+            if topic not in self._channels:
+                self._open(topic, SeriesMessage, self._facts(name, np.shape(value)))
+            self._add(topic, SeriesMessage(values=np.ravel(value), **stamp), frame.time, frame.step)
+        if frame.series.keys() >= POSE:
+            if "/tf" not in self._channels:
+                self._open("/tf", FrameTransforms, {})
             self._add("/tf", self._poses(frame), frame.time, frame.step)
         self._file.flush()
 
@@ -89,8 +94,10 @@ class McapRecorder:
         """Particles are on the timeline, not in the log."""
 
     def event(self, time: float, step: int, level: str, text: str) -> None:
-        level_number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[level.upper()].number
-        message = LogMessage(level=level_number, message=text, name=self._scene_name)
+        if "/events" not in self._channels:
+            self._open("/events", LogMessage, {})
+        number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[level.upper()].number
+        message = LogMessage(level=number, message=text, name=self._scene_name)
         message.timestamp.FromNanoseconds(_nanoseconds(time))
         self._add("/events", message, time, step)
         self._file.flush()
@@ -103,9 +110,8 @@ class McapRecorder:
 
     def _poses(self, frame: Frame) -> FrameTransforms:
         message = FrameTransforms()
-        for name, position, (w, *xyz) in zip(
-            self._names["body"], frame.body_position, frame.body_quaternion, strict=True
-        ):
+        positions, quaternions = frame.series["body_position"], frame.series["body_quaternion"]
+        for name, position, (w, *xyz) in zip(self._names["body"], positions, quaternions, strict=True):
             pose = message.transforms.add(parent_frame_id=WORLD, child_frame_id=name)
             pose.timestamp.FromNanoseconds(_nanoseconds(frame.time))
             pose.translation.x, pose.translation.y, pose.translation.z = position
@@ -124,14 +130,14 @@ class McapRecorder:
             "columns": json.dumps(column_names(series, shape, along)),
         }
 
-    def _add(self, topic: str, message, time: float, step: int, facts=dict) -> None:
-        if topic not in self._channels:
-            kind = type(message).DESCRIPTOR.full_name
-            if kind not in self._schemas:
-                self._schemas[kind] = register_schema(self._writer, type(message))
-            self._channels[topic] = self._writer.register_channel(
-                topic, MessageEncoding.Protobuf, self._schemas[kind], facts()
-            )
+    def _open(self, topic: str, kind: type, facts: dict[str, str]) -> None:
+        name = kind.DESCRIPTOR.full_name
+        if name not in self._schemas:
+            self._schemas[name] = register_schema(self._writer, kind)
+        schema = self._schemas[name]
+        self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, schema, facts)
+
+    def _add(self, topic: str, message, time: float, step: int) -> None:
         stamp = _nanoseconds(time)
         self._writer.add_message(self._channels[topic], stamp, message.SerializeToString(), stamp, sequence=step)
 

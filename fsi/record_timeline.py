@@ -14,7 +14,7 @@ from fsi.extras import require
 from fsi.protocols import BodySet, Frame
 from fsi.scene import Scene
 from fsi.scene_check import fluid_depth
-from fsi.series import column_names, describe, labels
+from fsi.series import SERIES, column_names, describe, labels
 
 rr = require("rerun", "viewer", "the timeline (output.timeline)")
 rrb = require("rerun.blueprint", "viewer", "the timeline (output.timeline)")
@@ -22,22 +22,11 @@ rrb = require("rerun.blueprint", "viewer", "the timeline (output.timeline)")
 BUFFERED_FRAMES = 50  # series frames that are written together; one by one they cost 0.1 ms each
 ARROW = 0.3  # length of a wrench arrow, in depths of the fluid, for a force that is the weight of the heaviest body
 
-PLOTS = (  # tabs under each other; each view with the dimension it needs and its series
-    (
-        ("joints", "joint", ("joint_position", "joint_velocity")),
-        ("joint loads", "joint", ("joint_force", "pto_power")),
-        ("bodies", "body", ("body_position",)),
-    ),
-    (
-        ("loads", "body", ("body_force", "body_torque")),
-        ("gauges", "gauge", ("elevation",)),
-        ("probes", "probe", ("pressure",)),
-    ),
-    (
-        ("energy", "", ("kinetic_energy", "potential_energy", "dissipated_energy", "body_work", "wavemaker_work")),
-        ("time step", "", ("time_step",)),
-        ("speed", "", ("max_speed",)),
-    ),
+ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
+PLOTS = (  # tabs under each other: title and series; left out where the scene has no such body, joint, gauge or probe
+    {name: (name,) for name in ("joint_position", "joint_velocity", "joint_force", "pto_power", "body_position")},
+    {name: (name,) for name in ("elevation", "body_force", "body_torque", "pressure")},
+    {"energy": ENERGIES, **{name: (name,) for name in ("potential_energy", "time_step", "max_speed")}},
 )
 
 
@@ -101,7 +90,8 @@ class TimelineRecorder:
         scene, log = self._scene, self._stream.log
         low, high = _spatial(np.array([scene.tank.min, scene.tank.max]))
         log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        log("world/tank", rr.Boxes3D(mins=[low], sizes=[high - low], colors=[0x808080FF]), static=True)
+        tank = rr.Boxes3D(mins=[low], sizes=[high - low], colors=[0x808080FF], fill_mode="MajorWireframe")
+        log("world/tank", tank, static=True)
         lines = [
             [(g.x, g.y if scene.dimension == 3 else 0, z) for z in (low[2], high[2])] for g in scene.gauges.values()
         ]
@@ -133,33 +123,34 @@ class TimelineRecorder:
             rr.TimeColumn("step", sequence=[f.step for f in frames]),
             rr.TimeColumn("wall_time", duration=[f.wall_time for f in frames]),
         ]
-        for name, shape in {name: value.shape for f in frames for name, value in f.series.items()}.items():
+        shapes = {name: np.shape(value) for f in frames for name, value in f.series.items()}
+        for name, shape in shapes.items():
             if name not in self._named:
                 self._named.add(name)
                 self._name_lines(name, shape)
             nothing = np.full(shape, np.nan)
-            values = np.stack([f.series.get(name, nothing).ravel() for f in frames])
+            values = np.stack([np.ravel(f.series.get(name, nothing)) for f in frames])
             if values.size:
                 self._stream.send_columns(f"series/{name}", times, rr.Scalars.columns(scalars=values))
-        if frames[0].body_position is not None:
+        if "body_position" in shapes:
             self._write_bodies(frames, times)
         self._stream.flush()
 
     def _name_lines(self, name: str, shape: tuple[int, ...]) -> None:
         series = describe(name, shape, self._rotary)
-        lines = [f"{name} {column} [{series.units}]" for column in column_names(series, shape, self._names)]
+        columns = column_names(series, shape, self._names)
+        lines = [" ".join(filter(None, (name, column, f"[{series.units}]"))) for column in columns]
         self._stream.log(f"series/{name}", rr.SeriesLines(names=lines), static=True)
 
     def _write_bodies(self, frames: list[Frame], times: list) -> None:
         for b, name in enumerate(self._names["body"]):
-            position = np.stack([f.body_position[b] for f in frames])
-            quaternion = np.stack([np.roll(f.body_quaternion[b], -1) for f in frames])  # rerun has w last
+            position = np.stack([f.series["body_position"][b] for f in frames])
+            quaternion = np.stack([np.roll(f.series["body_quaternion"][b], -1) for f in frames])  # rerun has w last
             poses = rr.Transform3D.columns(translation=position, quaternion=quaternion)
             self._stream.send_columns(rr.new_entity_path(["world", "bodies", name]), times, poses)
-            if "body_force" in frames[0].series:
-                force = np.stack([f.series["body_force"][b] for f in frames])
-                arrows = rr.Arrows3D.columns(vectors=self._arrow * force, origins=position)
-                self._stream.send_columns(rr.new_entity_path(["world", "loads", name]), times, arrows)
+            force = np.stack([f.series["body_force"][b] for f in frames])
+            arrows = rr.Arrows3D.columns(vectors=self._arrow * force, origins=position)
+            self._stream.send_columns(rr.new_entity_path(["world", "loads", name]), times, arrows)
 
     def _blueprint(self):
         """The scene on the left, plots and events on the right."""
@@ -170,17 +161,21 @@ class TimelineRecorder:
         centre, size = (low + high) / 2, np.linalg.norm(high - low)
         direction = np.array([0.0, -1.0, 0.0] if scene.dimension == 2 else [-0.5, -0.8, 0.45])
         eye = rrb.EyeControls3D(position=centre + 0.9 * size * direction, look_target=centre, eye_up=(0, 0, 1))
-        tabs = []
-        for row in PLOTS:
-            views = [
-                rrb.TimeSeriesView(name=name, origin="series", contents=[f"+ /series/{series}" for series in members])
-                for name, dim, members in row
-                if not dim or self._names[dim]
-            ]
-            tabs += [rrb.Tabs(*views)] if views else []
+        tabs = [rrb.Tabs(*views) for row in PLOTS if (views := self._plots(row))]
         right = rrb.Vertical(*tabs, rrb.TextLogView(name="events", origin="events"))
         world = rrb.Spatial3DView(name=title, origin="world", eye_controls=eye, line_grid=False)
-        return rrb.Blueprint(rrb.Horizontal(world, right, column_shares=[3, 2]), collapse_panels=True)
+        return rrb.Blueprint(
+            rrb.Horizontal(world, right, column_shares=[3, 2]),
+            rrb.TimePanel(timeline="sim_time", state="collapsed"),
+            collapse_panels=True,
+        )
+
+    def _plots(self, row: dict[str, tuple[str, ...]]) -> list:
+        return [
+            rrb.TimeSeriesView(name=title, origin="series", contents=[f"+ /series/{name}" for name in members])
+            for title, members in row.items()
+            if all(self._names[dim] for name in members for dim in SERIES[name].dims)
+        ]
 
 
 def colour_range(scene: Scene) -> tuple[float, float]:

@@ -27,23 +27,26 @@ class RunFolder:
         self.manifest: dict = {}
 
     @classmethod
-    def create(cls, scene: Scene, out: str | Path | None = None) -> RunFolder:
-        """Make the folder `out`, or the first of `runs/NAME`, `runs/NAME-2`, ... that holds no run.
+    def choose(cls, scene: Scene, out: str | Path | None = None) -> RunFolder:
+        """The folder `out`, or the first of `runs/NAME`, `runs/NAME-2`, ... that holds no run; nothing is made yet.
 
-        Writes `scene.toml` and a manifest of status `running`. Raises SceneError where `out` holds a run or cannot
-        be written.
+        Raises SceneError where `out` holds a run.
         """
         path = Path(out).expanduser() if out else _free(Path("runs") / scene.name)
         if _holds_run(path):
             raise SceneError(f"{path} already holds a run", key="--out", fix="choose another folder or remove it")
-        folder = cls(path)
+        return cls(path)
+
+    def create(self, scene: Scene, **facts) -> None:
+        """Make the folder, with `scene.toml` and a manifest of status `running`. SceneError where that cannot be."""
         try:
-            path.mkdir(parents=True, exist_ok=True)
-            (path / "scene.toml").write_text(resolved_toml(scene), encoding="utf-8")
-            folder.write(status="running", reason="", scene=scene.name, **_circumstances())
+            self.path.mkdir(parents=True, exist_ok=True)
+            (self.path / "scene.toml").write_text(resolved_toml(scene), encoding="utf-8")
+            self.write(status="running", reason="", scene=scene.name, **_circumstances(), **facts)
         except OSError as fault:
-            raise SceneError(f"{path} cannot be written: {fault.strerror}", key="--out", fix="choose another") from None
-        return folder
+            raise SceneError(
+                f"{self.path} cannot be written: {fault.strerror}", key="--out", fix="choose another folder"
+            ) from None
 
     def write(self, **facts) -> None:
         """Add facts to the manifest and replace `run.json` in one go, so that it is never half written."""
@@ -98,7 +101,8 @@ def export(path: str | Path, to: str = "nc") -> Path:
     file = Path(path, f"run.{to}")
     try:
         if to == "nc":
-            require("h5netcdf", "report", "export")
+            for package in ("h5py", "h5netcdf"):
+                require(package, "report", "export to netCDF")
             dataset.to_netcdf(file, engine="h5netcdf")
         else:
             _write_csv(dataset, file)

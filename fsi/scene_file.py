@@ -88,12 +88,12 @@ def _override(data: dict, text: str) -> None:
     try:
         *parents, last = steps
         for step in parents:
-            data = data.setdefault(step, {}) if isinstance(step, str) else data[step]
+            data = data[step] if isinstance(data, list) else data.setdefault(step, {})
+        if isinstance(last, int) != isinstance(data, list):
+            raise TypeError
         if value.strip():
             data[last] = _typed(value.strip())
-        elif isinstance(data, dict):
-            data.pop(last, None)
-        else:
+        elif last in data or isinstance(last, int):
             del data[last]
     except (TypeError, IndexError, AttributeError):
         raise SceneError(f"the scene has no {key.strip()}", key="--set", fix="see `fsi check SCENE`") from None

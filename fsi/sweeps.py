@@ -11,9 +11,10 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
+from fsi.compiled import helper
+from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, dot, minimum, other, other_vector, own, own_vector, store, zero, zero_vector
 from fsi.terms import (
     artificial_viscosity,
@@ -25,9 +26,6 @@ from fsi.terms import (
     slope,
     viscous,
 )
-
-OPTIONS = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
-
 
 class Constants(NamedTuple):
     """Scalars of the scheme, in the precision of the sweeps; the symbols are those of `fsi.terms`."""
@@ -67,7 +65,7 @@ def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool):
     L, DIM = lanes, dim
     U = dim + 1
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim, laminar, artificial)
     def predict(counter, bounds, groups, flow, trial, velocity, coefficients, k, dt):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((3 + DIM) * L, flow.dtype)
@@ -129,7 +127,7 @@ def make_source(lanes: int, dim: int):
     L, DIM = lanes, dim
     P, U = dim, dim + 1
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim)
     def source(counter, bounds, groups, trial, field, coefficients, k, dt):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(2 * L, trial.dtype)
@@ -167,7 +165,7 @@ def make_jacobi(lanes: int, dim: int, sourced: bool = True):
     L, DIM = lanes, dim
     P = dim
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim, sourced)
     def jacobi(counter, bounds, groups, field, new, coefficients, k, low, high):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(L, field.dtype)
@@ -231,7 +229,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
     L, DIM = lanes, dim
     P = dim
 
-    @register_jitable
+    @helper(dim)
     def guard(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, k, taken):
         """Stop particle i against the wall particles of its list; returns whether it was stopped."""
         stopped = False
@@ -247,7 +245,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
                 take_moment(i, b, approach / r2, position, velocity, boundary, owner, centre, k.mass, taken)
         return stopped
 
-    @register_jitable
+    @helper(dim)
     def take_moment(i, b, rate, position, velocity, boundary, owner, centre, mass, taken):
         o = owner[b]
         for d in range(DIM):
@@ -263,7 +261,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
                     sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
                     taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
 
-    @njit(**OPTIONS)
+    @compiled(lanes, dim, guarded, sponge)
     def correct(
         counter, bounds, groups, flow, field, coefficients, position, velocity, pressure, k, dt, zones,
         first, boundary, boundary_velocity, owner, centre, impulse, sums,

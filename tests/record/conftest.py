@@ -1,93 +1,17 @@
-"""A stand-in for the solver: everything that the recorders and the command line see of it, and no fluid."""
-
 import sys
 from types import ModuleType
 
-import numpy as np
 import pytest
+import stand_in
 
-from fsi.errors import RunError
-from fsi.protocols import Frame, Visual
 from fsi.scene import Gauge, Probe, Scene, Tank
-
-
-class Flap:
-    """A body set of one flap with a hinge, and a float with a slide."""
-
-    names = ("flap", "float")
-    joint_names = ("hinge", "heave")
-    joint_is_rotary = (True, False)
-    mass = np.array([120.0, 40.0])
-    notes = ("substeps: 2",)
-
-    def visuals(self):
-        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
-        faces = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
-        return [Visual("plate", "flap", corners, faces), Visual("ramp", "", corners, faces)]
-
-
-def frame(step: int, bodies: bool = True) -> Frame:
-    """A frame whose every value can be told from its step."""
-    t = 0.01 * step
-    series = {
-        "elevation": np.array([t, -t]),
-        "pressure": np.array([1000 + t]),
-        "kinetic_energy": 2.0 * t,
-        "time_step": 0.01,
-        "novelty": np.array([[t, 1], [2, 3]]),
-    }
-    if bodies:
-        series |= {"joint_position": np.array([t, 2 * t]), "body_force": np.full((2, 3), t)}
-    rng = np.random.default_rng(step)
-    return Frame(
-        time=t,
-        step=step,
-        wall_time=10 * t,
-        series=series,
-        position=rng.random((50, 2)),
-        velocity=rng.random((50, 2)),
-        pressure=rng.random(50),
-        body_position=np.array([[t, 0, 1], [0, t, 2]]) if bodies else None,
-        body_quaternion=np.array([[1, 0, 0, 0], [0.5, 0.5, 0.5, 0.5]], float) if bodies else None,
-    )
-
-
-class Simulation:
-    """Steps of 0.01 s; `fails_at` [s] makes it unstable there."""
-
-    fails_at = None
-
-    def __init__(self, scene, *, bodies=None, coupler=None, ground=None, recorders=(), threads=None):
-        self.scene, self.bodies, self.recorders = scene, bodies, recorders
-        self.time, self.step_count, self.threads = 0.0, 0, threads or 1
-        self.counts = {"fluid": 50, "wall": 10, "body": 0}
-        self.memory_bytes, self.phases, self.warnings = 1000, {"pressure": np.float64(0.5)}, ["a warning"]
-
-    def audit(self):
-        return {"volume_drift": np.float64(1e-4)}
-
-    def run(self, until, on_step=None):
-        for recorder in self.recorders:
-            recorder.begin(self.scene, self.bodies)
-            recorder.event(0.0, 0, "info", "start")
-        while self.time < until - 1e-9:
-            self.step_count += 1
-            self.time = 0.01 * self.step_count
-            for recorder in self.recorders:
-                recorder.series(frame(self.step_count, self.bodies is not None))
-                if self.step_count % 10 == 0:
-                    recorder.particles(frame(self.step_count, self.bodies is not None))
-            if self.fails_at and self.time >= self.fails_at:
-                raise RunError(f"unstable at t = {self.time:g} s")
-            if on_step:
-                on_step(self)
 
 
 @pytest.fixture
 def solver(monkeypatch):
     """The stand-in in the place of `fsi.simulation`; its class, to be altered."""
     module = ModuleType("fsi.simulation")
-    module.Simulation = type("Simulation", (Simulation,), {})
+    module.Simulation = type("Simulation", (stand_in.Simulation,), {})
     monkeypatch.setitem(sys.modules, "fsi.simulation", module)
     return module.Simulation
 
@@ -107,4 +31,4 @@ def scene():
 
 @pytest.fixture
 def flap():
-    return Flap()
+    return stand_in.Flap()

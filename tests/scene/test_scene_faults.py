@@ -63,7 +63,7 @@ FAULTS = {
         "[waves]\nwave_height = 0.6\nperiod = 12",
         [
             "pool.toml: waves.wave_height: 0.6 m at a period of 12 s in 0.5 m of water takes a piston stroke of "
-            "5.1 m; half of it must stay below a quarter of the tank's length 6 m; use lower or shorter waves, or a "
+            "5.06 m; half of it must stay below a quarter of the tank's length 6 m; use lower or shorter waves, or a "
             "longer tank"
         ],
     ),
@@ -121,7 +121,7 @@ def test_too_coarse_and_too_fine(scene_file):
 def test_syntax_and_unknown_names(scene_file):
     [line] = fault_of(scene_file("[fluid"))
     assert line.startswith("pool.toml: not TOML: ")
-    assert "(at line 8, column 7)" in line
+    assert "(at end of document)" in line
     assert fault_of("nowhere.toml") == [
         "nowhere.toml: no such file; give the path of a scene, or a name that `fsi cases` lists"
     ]
@@ -134,9 +134,11 @@ def test_scene_made_in_python_is_checked_too():
 
 
 def test_waves_that_would_break_are_warned_of(scene_file):
-    scene = load_scene(scene_file("[waves]\nwave_height = 0.4\nperiod = 1.2"))
-    depth, steepness = scene_warnings(scene)[0], scene_warnings(load_scene(scene, ["waves.period=0.8"]))[0]
-    assert "of the wave length" in depth
-    assert "waves break at 0.142 of it at most" in steepness
+    scene = load_scene(scene_file("[waves]\nwave_height = 0.4\nperiod = 0.8"))
+    depth, steepness = scene_warnings(scene)
+    assert depth == "waves.wave_height: 0.4 m is 0.80 of the depth 0.5 m; waves break at about 0.78"
+    assert steepness == (
+        "waves.wave_height: 0.4 m is 0.40 of the wave length 0.996 m; waves break at 0.142 of it at most"
+    )
     assert scene_warnings(load_scene(scene, ["waves.wave_height=0.1"])) == []
-    assert "particles over the wave height" in scene_warnings(load_scene(scene, ["waves.wave_height=0.05"]))[0]
+    assert "2.5 particles over the wave height" in scene_warnings(load_scene(scene, ["waves.wave_height=0.05"]))[0]

@@ -1,0 +1,200 @@
+"""The rigid bodies of a scene, moved by MuJoCo."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from bodies import checks
+from bodies.geoms import place, triangles
+from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.shapes import Placed
+from bodies.stepper import STATE, Stepper
+from fsi.errors import SceneError
+from fsi.protocols import BodyMotion, Visual
+from fsi.scene import Scene, Tank
+
+BODY, JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
+SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def load(scene: Scene, source: object = "scene.toml") -> BodySet:
+    """The bodies of a scene, checked against its spacing and tank. Raises SceneError, which calls it `source`."""
+    bodies = BodySet(scene, source)
+    bodies.check_inside(scene.tank)
+    return bodies
+
+
+class BodySet:
+    """Implements `fsi.protocols.BodySet`.
+
+    A boundary particle of a body is carried by its position relative to the centre of mass in the frame of the body:
+    r = rotation.T @ (x - position) at the start, x = position + rotation @ r afterwards, with those of `motion()`.
+    In two dimensions the fluid acts on the components x, z and pitch of wrench and twist only.
+    """
+
+    def __init__(self, scene: Scene, source: object = "scene.toml"):
+        self.dimension, self._source = scene.dimension, source
+        self._spacing, self._layers = scene.spacing, scene.layers
+        self.model, notes = load_model(scene.bodies, scene.gravity, source)
+        self.data = mujoco.MjData(self.model)
+        self._stepper = Stepper(self.model, self.data, scene.coupler.tolerance)
+        model = self.model
+        geoms = wet_geoms(model, scene.bodies, source)
+        self._bodies = np.array(
+            sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
+        )
+        self.names = tuple(name_of(model, BODY, b) for b in self._bodies)
+        self.mass = model.body_mass[self._bodies].copy()
+        checks.check_mass(self.names, self.mass, source)
+        self._joints = np.flatnonzero(np.isin(model.jnt_type, SINGLE))
+        self.joint_names = tuple(name_of(model, JOINT, j) for j in self._joints)
+        self.joint_is_rotary = tuple(bool(model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE) for j in self._joints)
+        self.joint_dof = model.jnt_dofadr[self._joints].astype(int)  # (joints,) index into joint accelerations (nv,)
+        self._solids = self._make_solids(geoms)
+        labels = [name_of(model, GEOM, g) for g in geoms]
+        grain = (scene.spacing, scene.layers)
+        notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
+        if self.dimension == 2:
+            notes += self._check_width(geoms, scene.tank.width)
+        self._notes = tuple(notes)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided for the user, up to now."""
+        return self._notes + tuple(self._stepper.notes.values())
+
+    @property
+    def unsettled(self) -> int:
+        """Substeps so far in which the added inertia did not settle to the coupler's tolerance."""
+        return self._stepper.unsettled
+
+    def solids(self) -> list[tuple[int, Placed]]:
+        """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
+        return list(self._solids)
+
+    def check_inside(self, tank: Tank) -> None:
+        """Raise SceneError for a body whose boundary lies outside the tank."""
+        checks.check_inside(self._solids, self.names, tank, self._spacing, self._layers, self._source)
+
+    def motion(self) -> BodyMotion:
+        """Poses, twists and jacobians of the wet bodies at their centres of mass, see `BodyMotion`."""
+        model, data, count = self.model, self.data, len(self._bodies)
+        jacobian, rate = np.zeros((count, 6, model.nv)), np.zeros((count, 6, model.nv))
+        for b, body in enumerate(self._bodies):
+            centre = data.xipos[body]
+            mujoco.mj_jacBodyCom(model, data, jacobian[b, :3], jacobian[b, 3:], body)
+            mujoco.mj_jacDot(model, data, rate[b, :3], rate[b, 3:], centre, body)
+        return BodyMotion(
+            position=data.xipos[self._bodies].copy(),
+            rotation=data.xmat[self._bodies].reshape(-1, 3, 3).copy(),
+            velocity=jacobian @ data.qvel,
+            jacobian=jacobian,
+            bias=rate @ data.qvel,
+        )
+
+    def energy(self) -> float:
+        """Kinetic plus potential energy of everything MuJoCo moves, springs included [J]."""
+        mujoco.mj_energyPos(self.model, self.data)
+        mujoco.mj_energyVel(self.model, self.data)
+        return float(self.data.energy.sum())
+
+    def joints(self) -> dict[str, np.ndarray]:
+        """Series of the hinge and slide joints, each (joints,), in rad and N m or m and N.
+
+        `joint_force` is what spring, damper and actuators exert along the joint; limits, friction and fluid are not in.
+        `pto_power` [W] is what damper and actuators take out of the motion.
+        """
+        data, dof = self.data, self.joint_dof
+        velocity = data.qvel[dof]
+        drive = data.qfrc_actuator[dof]
+        return {
+            "joint_position": data.qpos[self.model.jnt_qposadr[self._joints]],
+            "joint_velocity": velocity,
+            "joint_force": data.qfrc_spring[dof] + data.qfrc_damper[dof] + drive,
+            "pto_power": -(data.qfrc_damper[dof] + drive) * velocity,
+        }
+
+    def advance(self, dt: float, wrench: np.ndarray, added_inertia: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Step the bodies by dt [s] under the wrench (b, 6) about their centres of mass, which holds at the joint
+        acceleration `acceleration` (nv,) and falls by `added_inertia` (nv, nv) for each unit above it.
+        Returns the mean joint acceleration (nv,), change of `qvel` over dt; see `bodies.stepper`."""
+        return self._stepper.advance(dt, self._bodies, wrench, added_inertia, acceleration)
+
+    def save(self) -> np.ndarray:
+        """MuJoCo's whole integration state, for `restore`; bit for bit."""
+        state = np.empty(mujoco.mj_stateSize(self.model, STATE))
+        mujoco.mj_getState(self.model, self.data, state, STATE)
+        return state
+
+    def restore(self, state: np.ndarray) -> None:
+        """Go back to a saved state."""
+        mujoco.mj_setState(self.model, self.data, state, STATE)
+        self._stepper.refresh()
+
+    def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:
+        """Set the named hinge and slide joints [rad, m and 1/s of it]; the rest stays as it is."""
+        for name, value in position.items():
+            self.data.qpos[self.model.jnt_qposadr[self._joint(name)]] = value
+        for name, value in velocity.items():
+            self.data.qvel[self.model.jnt_dofadr[self._joint(name)]] = value
+        self._stepper.refresh()
+
+    def visuals(self) -> list[Visual]:
+        """Triangle meshes of the geoms of wet bodies and of everything static, see `Visual`. Vertices are relative to
+        the centre of mass in the frame of the body, so that world = position + rotation @ vertex with `motion()`."""
+        model, data = self.model, self.data
+        shown = []
+        for geom in range(model.ngeom):
+            body = model.geom_bodyid[geom]
+            surface = triangles(model, geom)
+            if surface is None or (moves(model, body) and body not in self._bodies):
+                continue
+            vertices = surface[0] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+            owner = ""
+            if moves(model, body):
+                owner = name_of(model, BODY, body)
+                vertices = (vertices - data.xipos[body]) @ data.xmat[body].reshape(3, 3)
+            colour = tuple(round(255 * c) for c in _colour(model, geom))
+            shown.append(Visual(name_of(model, GEOM, geom), owner, vertices, surface[1], colour))
+        return shown
+
+    def _joint(self, name: str) -> int:
+        if name not in self.joint_names:
+            known = ", ".join(self.joint_names) or "none"
+            fault, fix = f"no hinge or slide joint {name!r}", f"known: {known}"
+            raise SceneError(fault, key="bodies", file=self._source, fix=fix)
+        return self._joints[self.joint_names.index(name)]
+
+    def _make_solids(self, geoms: list[int]) -> list[tuple[int, Placed]]:
+        """Solids of the wet geoms, each trimmed by the earlier ones of its owner."""
+        solids = []
+        for geom in geoms:
+            body = self.model.geom_bodyid[geom]
+            owner = 2 + int(np.searchsorted(self._bodies, body)) if moves(self.model, body) else 0
+            solid = place(self.model, self.data, geom, self.dimension, self._source)
+            solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
+            solids.append((owner, solid))
+        return solids
+
+    def _check_width(self, geoms: list[int], width: float) -> list[str]:
+        """Notes on bodies whose extent along y is not the width [m] that a two-dimensional scene stands for."""
+        notes = []
+        for name, body in zip(self.names, self._bodies, strict=True):
+            ends = [self._across(geom) for geom in geoms if self.model.geom_bodyid[geom] == body]
+            extent = max(high for _, high in ends) - min(low for low, _ in ends)
+            if abs(extent - width) > 0.01 * width:
+                notes.append(
+                    f"body {name!r} is {extent:g} m wide along y, the fluid that acts on it {width:g} m (tank.width)"
+                )
+        return notes
+
+    def _across(self, geom: int) -> tuple[float, float]:
+        y_axis, y = self.data.geom_xmat[geom].reshape(3, 3)[1], self.data.geom_xpos[geom, 1]
+        across = triangles(self.model, geom)[0] @ y_axis + y
+        return float(across.min()), float(across.max())
+
+
+def _colour(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    material = model.geom_matid[geom]
+    return model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom]

@@ -1,0 +1,101 @@
+"""What can be wrong with bodies in a tank: each fault is a SceneError that names the place and the way out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bodies.shapes import Placed
+from fsi.errors import SceneError
+from fsi.scene import Tank
+
+ACROSS = 4  # particles across the largest extent of a body, at least
+
+Owned = Sequence[tuple[int, Placed]]
+
+
+def check_mass(names: Sequence[str], mass: np.ndarray, source: object) -> None:
+    """Every wet body needs mass [kg] of its own."""
+    for name, value in zip(names, mass, strict=True):
+        if value <= 0.0:
+            fix = "give its geoms mass or density, or move them to the body that carries them"
+            raise SceneError(f"wet body {name!r} has no mass", key="bodies", file=source, fix=fix)
+
+
+def check_solids(
+    solids: Owned,
+    labels: Sequence[str],
+    names: Sequence[str],
+    rotation: np.ndarray,
+    spacing: float,
+    layers: int,
+    source,
+) -> list[str]:
+    """Overlap, thickness and resolution of the solids in their initial pose: labels (solids,) name their geoms,
+    names (b,) the bodies, rotation (b, 3, 3) turns from body to world.
+
+    Returns notes. Raises SceneError where bodies overlap or one is resolved by too few particles.
+    """
+    notes = []
+    clouds = [solid.boundary(spacing, layers) for _, solid in solids]
+    for label, (_, solid), cloud in zip(labels, solids, clouds, strict=True):
+        notes += _thin(label, solid, spacing)
+        dropped = len(solid.sampled(spacing, layers)) - len(cloud)
+        if dropped:
+            notes.append(
+                f"geom {label!r} overlaps others of its body: {dropped} boundary particles inside them left out"
+            )
+    for i, (owner, solid) in enumerate(solids):
+        for j, (other, _) in enumerate(solids):
+            if owner != other and (solid.clearance(clouds[j]) < 0.0).any():
+                first, second = f"{labels[j]!r} ({_owner(other, names)})", f"{labels[i]!r} ({_owner(owner, names)})"
+                fix = "move them apart, or make them geoms of one body"
+                raise SceneError(f"geom {first} overlaps geom {second}", key="bodies", file=source, fix=fix)
+    for b, name in enumerate(names):
+        points = np.vstack([cloud for (owner, _), cloud in zip(solids, clouds, strict=True) if owner == 2 + b])
+        _check_resolution(name, points, rotation[b], spacing, source)
+    return notes
+
+
+def check_inside(solids: Owned, names: Sequence[str], tank: Tank, spacing: float, layers: int, source: object) -> None:
+    """Raise SceneError for a body that reaches beyond the tank, to a hundredth of the spacing."""
+    low, high = np.array(tank.min), np.array(tank.max)
+    axes = "xyz" if len(low) == 3 else "xz"
+    for owner, solid in solids:
+        if owner == 0:
+            continue
+        points = solid.sampled(spacing, layers)
+        least, most = points.min(axis=0) - spacing / 2, points.max(axis=0) + spacing / 2
+        slack = 0.01 * spacing
+        for k, axis in enumerate(axes):
+            if least[k] < low[k] - slack or most[k] > high[k] + slack:
+                end, wall = (least[k], low[k]) if least[k] < low[k] - slack else (most[k], high[k])
+                name = names[owner - 2]
+                fault = f"body {name!r} reaches {axis} = {end:.4g} m, beyond the tank's {axis} = {wall:.4g} m"
+                fix = "move it with bodies.NAME.position, or enlarge the tank"
+                raise SceneError(fault, key="bodies", file=source, fix=fix)
+
+
+def _thin(label: str, solid: Placed, spacing: float) -> list[str]:
+    thickness = solid.shape.thickness(spacing)
+    if thickness > 2 * spacing * (1 - 1e-6):
+        return []
+    return [
+        f"geom {label!r} is {thickness:.3g} m thick, under two spacings ({2 * spacing:g} m): fluid on its two sides "
+        f"meets through it; a spacing of {thickness / 2:.2g} m resolves it"
+    ]
+
+
+def _check_resolution(name: str, points: np.ndarray, rotation: np.ndarray, spacing: float, source: object) -> None:
+    axes = rotation[np.ix_([0, 2], [0, 2])] if points.shape[1] == 2 else rotation
+    local = points @ axes
+    extent = float(np.ptp(local, axis=0).max()) + spacing
+    if extent < (ACROSS - 1e-6) * spacing:
+        fault = f"body {name!r} is {extent / spacing:.1f} particles across at its largest"
+        fix = f"set spacing to {extent / ACROSS:.2g} m or less"
+        raise SceneError(fault, key="spacing", file=source, fix=fix)
+
+
+def _owner(owner: int, names: Sequence[str]) -> str:
+    return "fixed wall" if owner == 0 else f"body {names[owner - 2]!r}"

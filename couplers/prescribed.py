@@ -1,0 +1,55 @@
+"""Joints that follow a given motion, whatever the fluid does: forced oscillation, flume wave boards, drop tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fsi.errors import SceneError
+from fsi.protocols import BodySet, FluidLoads
+from fsi.scene import MotionTable, Oscillation
+from fsi.waves import RegularPiston, TablePiston
+
+
+class Prescribed:
+    """Places the bodies exactly on their motion, which is the position of each named joint [rad or m].
+
+    The fluid feels the mean joint acceleration over the step, (v(t + dt) - v(t)) / dt, that takes the bodies from one
+    exact velocity to the next. Joints that are not named stay where they are.
+    """
+
+    def __init__(self, motion: Mapping[str, Oscillation | MotionTable], bodies: BodySet, source: object = "scene.toml"):
+        known = dict(zip(bodies.joint_names, bodies.joint_dof, strict=True))
+        if not motion:
+            fix = "add coupler.motion.JOINT with amplitude and omega, or with file"
+            raise SceneError("no joint has a motion", key="coupler.motion", file=source, fix=fix)
+        for name in motion:
+            if name not in known:
+                fix = f"known hinge and slide joints: {', '.join(known) or 'none'}"
+                raise SceneError(f"no joint {name!r}", key="coupler.motion", file=source, fix=fix)
+        self._motion = {name: _follow(settings) for name, settings in motion.items()}
+        self._dofs = [known[name] for name in motion]
+        self._place(bodies, 0.0)
+
+    def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
+        """Move the bodies from `time` to `time` + dt [s]; the wrench (b, 6) of the fluid, see `Coupler`."""
+        motion = bodies.motion()
+        acceleration = np.zeros(motion.jacobian.shape[2])
+        for dof, follow in zip(self._dofs, self._motion.values(), strict=True):
+            acceleration[dof] = (follow(time + dt)[1] - follow(time)[1]) / dt
+        wrench = fluid.pressure(motion.jacobian @ acceleration + motion.bias)
+        self._place(bodies, time + dt)
+        return wrench
+
+    def _place(self, bodies: BodySet, time: float) -> None:
+        now = {name: follow(time) for name, follow in self._motion.items()}
+        position = {name: state[0] for name, state in now.items()}
+        bodies.place(position, {name: state[1] for name, state in now.items()})
+
+
+def _follow(settings: Oscillation | MotionTable):
+    """Time to position, velocity and acceleration of a joint."""
+    if isinstance(settings, Oscillation):
+        return RegularPiston(2 * settings.amplitude, settings.omega, settings.ramp)
+    return TablePiston(settings.file)

@@ -1,0 +1,118 @@
+"""Sweeps against plain sums over all pairs, and the conservation that their symmetry gives."""
+
+import numpy as np
+import pytest
+from tanks import pairs, random_fluid
+
+from fsi import kernel
+from fsi.sweeps import DEFICIT, DIAGONAL
+
+CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
+REST = np.zeros((2, 6))
+
+
+def close(got, expected, tolerance):
+    assert np.abs(got - expected).max() <= tolerance * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("dim, precision, tolerance", CASES)
+def test_predictor_matches_all_pairs(dim, precision, tolerance):
+    """Laminar and artificial viscosity, gravity, density and the diagonal of the pressure equation."""
+    fluid = random_fluid(dim, precision, boundary=True, gravity=9.81)
+    before = fluid.velocity.copy()
+    fluid.predict()
+    x, r2, F, W = pairs(fluid)
+    n, h, volume, nu = fluid.count, fluid.scene.smoothing_length, 0.1**dim, 0.1
+    eta2, sound = (0.1 * h) ** 2, np.sqrt(9.81 * 1.0)
+    a = F * r2 / (r2 + eta2)
+    u = before[:, None] - np.concatenate([before, fluid._sorted_velocity[: fluid._solids]])
+    expected = -2 * nu * volume * (a[..., None] * u).sum(1)
+    approach = np.minimum(0, (u * x).sum(-1)) * F / (r2 + eta2)
+    expected -= 0.02 * sound * h * volume * (approach[..., None] * x)[:, :n].sum(1)
+    expected[:, -1] -= 9.81
+    close((fluid.velocity - before) / fluid.dt, expected, 20 * tolerance)
+    deficit = 1 - W.sum(1) / kernel.lattice(0.1, h, dim).density
+    compressed = deficit < 0  # elsewhere the gate of the free surface reduces it
+    close(fluid._coefficients[:n, DEFICIT][compressed], deficit[compressed], 100 * tolerance)
+    own = 2 / 1000 * volume * a.sum(1)
+    inside = (F * r2).sum(1) * volume / dim > 0.9
+    close(fluid._coefficients[:n, DIAGONAL][inside], own[inside], tolerance)
+    assert (fluid._coefficients[:n, DIAGONAL] >= own * (1 - tolerance)).all()
+
+
+@pytest.mark.parametrize("dim, precision, tolerance", CASES)
+def test_corrector_applies_the_symmetric_gradient(dim, precision, tolerance):
+    fluid = random_fluid(dim, precision, boundary=True, wall_guard=0.0)
+    fluid.predict()
+    fluid.pressure(REST)
+    before = fluid.velocity.copy()
+    x, _, F, _ = pairs(fluid)
+    p = fluid._field[: fluid.count + fluid._solids, dim].astype(float)
+    total = p[: fluid.count, None] + p[None]
+    expected = 0.1**dim / 1000 * ((total * F)[..., None] * x).sum(1)
+    fluid.correct()
+    close((fluid.velocity - before) / fluid.dt, expected, 10 * tolerance)
+
+
+@pytest.mark.parametrize("dim, precision, tolerance", CASES)
+@pytest.mark.parametrize("guard", [0.0, 0.8])
+def test_fluid_and_solid_exchange_opposite_impulses(dim, precision, tolerance, guard):
+    """Pressure, viscosity and the wall guard together, over one step."""
+    fluid = random_fluid(dim, precision, boundary=True, wall_guard=guard)
+    mass = float(fluid.k.mass)
+    axes = [0, 2] if dim == 2 else [0, 1, 2]
+    before = mass * fluid.velocity.sum(0)
+    fluid.predict()
+    fluid.pressure(REST)
+    wrench = fluid.wrench(viscous=True)[1]
+    _, impulse = fluid.correct()
+    given = (fluid.dt * wrench + impulse[1])[axes]
+    gained = mass * fluid.velocity.sum(0) - before
+    assert np.abs(gained + given).max() <= tolerance * mass * np.abs(fluid.velocity).sum()
+    if guard:
+        assert np.abs(impulse[1]).max() > 0
+
+
+def test_inviscid_pair_forces_keep_angular_momentum():
+    fluid = random_fluid(2, boundary=True, wall_guard=0.8, viscosity="none")
+    start = fluid.position.copy()
+    spin = lambda u: float(fluid.k.mass) * (start[:, 1] * u[:, 0] - start[:, 0] * u[:, 1]).sum()  # noqa: E731
+    before = spin(fluid.velocity)
+    fluid.predict()
+    fluid.pressure(REST)
+    torque = fluid.wrench(viscous=True)[1, 4]
+    _, impulse = fluid.correct()
+    change = spin(fluid.velocity) - before
+    assert abs(change + fluid.dt * torque + impulse[1, 4]) <= 1e-11 * abs(fluid.dt * torque)
+
+
+@pytest.mark.parametrize("sweeps", [1, 4])
+def test_response_is_the_exact_change_of_pressure_and_wrench(sweeps):
+    fluid = random_fluid(2, boundary=True, sweeps=sweeps)
+    fluid.owners, fluid.owner[:] = 3, 2  # the solid half as a body
+    fluid._echoes = [np.zeros_like(fluid._field) for _ in range(2)]
+    fluid.begin(1e-3, np.zeros((3, 3)), np.zeros((3, 6)))
+    fluid.predict()
+    push = np.zeros((3, 6))
+    push[2] = [0.3, 0, -0.2, 0, 0.5, 0]
+    resting = fluid.pressure(0 * push)
+    at_rest = fluid._field[:, 2].copy()
+    field, wrench = fluid.response(push)
+    pushed = fluid.pressure(push)
+    n = len(field)
+    assert np.allclose(fluid._field[:n, 2] - at_rest[:n], field, atol=1e-9 * np.abs(field).max())
+    assert np.allclose(pushed - resting, wrench, atol=1e-9 * np.abs(wrench).max())
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_results_do_not_depend_on_threads(threads):
+    states = []
+    for t in (1, threads):
+        fluid = random_fluid(2, "single", count=80, threads=t)
+        for _ in range(3):
+            fluid.predict()
+            fluid.pressure(np.zeros((fluid.owners, 6)))
+            fluid.correct()
+            fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
+        states.append((fluid.position.copy(), fluid.velocity.copy(), fluid.pressure_values.copy()))
+    assert all((a == b).all() for a, b in zip(*states, strict=True))

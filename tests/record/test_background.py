@@ -1,0 +1,88 @@
+"""Recording beside the run: in order, from copies, within bounded memory, and with its faults told."""
+
+import threading
+
+import numpy as np
+import pytest
+from stand_in import frame
+
+from fsi.errors import RunError
+from fsi.record import QUEUE_LENGTH, Background
+
+
+class Memory:
+    """Keeps what it is given; waits for `go` before each series frame."""
+
+    def __init__(self):
+        self.calls, self.go = [], threading.Semaphore(0)
+
+    def begin(self, scene, bodies):
+        self.calls.append("begin")
+
+    def series(self, given):
+        self.go.acquire()
+        self.calls.append(given)
+
+    def particles(self, given):
+        self.calls.append(given)
+
+    def event(self, time, step, level, text):
+        self.calls.append(text)
+
+    def end(self):
+        self.calls.append("end")
+
+
+def test_frames_are_copies_in_order():
+    memory = Memory()
+    recorder = Background([memory])
+    recorder.begin(None, None)
+    given = frame(3)
+    recorder.series(given)
+    recorder.particles(given)
+    recorder.event(0.0, 1, "info", "hello")
+    given.series["elevation"][:] = -9
+    given.position[:] = -9
+    memory.go.release()
+    recorder.end()
+    recorder.end()
+    first, series, particles, *rest = memory.calls
+    assert [first, *rest] == ["begin", "hello", "end"]
+    np.testing.assert_array_equal(series.series["elevation"], frame(3).series["elevation"])
+    assert series.position is None
+    assert particles.position.dtype == np.float32
+    np.testing.assert_array_equal(particles.position, frame(3).position.astype(np.float32))
+
+
+def test_run_waits_for_a_slow_writer():
+    memory = Memory()
+    recorder = Background([memory])
+    recorder.begin(None, None)
+    handed = []
+
+    def work():
+        for step in range(3 * QUEUE_LENGTH):
+            recorder.series(frame(step))
+            handed.append(step)
+
+    worker = threading.Thread(target=work)
+    worker.start()
+    worker.join(0.3)
+    assert len(handed) == QUEUE_LENGTH + 1  # and one that the writer holds
+    memory.go.release(3 * QUEUE_LENGTH)
+    worker.join()
+    recorder.end()
+    assert len(memory.calls) == 3 * QUEUE_LENGTH + 2
+
+
+def test_fault_of_the_writer_is_raised_in_the_run():
+    memory = Memory()
+    memory.particles = None  # calling it fails
+    recorder = Background([memory])
+    recorder.begin(None, None)
+    recorder.particles(frame(0))
+    with pytest.raises(RunError, match="the log could not be written"):
+        for step in range(1000):
+            recorder.event(0.0, step, "info", "on")
+        recorder.end()
+    assert "end" not in memory.calls or memory.calls[-1] == "end"

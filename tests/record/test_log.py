@@ -1,0 +1,148 @@
+"""The log of record: everything that goes in comes back, also after a kill; the dataset states its units."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+from stand_in import frame
+
+from fsi import load_run
+from fsi.errors import RunError, SceneError
+from fsi.log_reader import read_log
+from fsi.record import Background
+from fsi.record_mcap import McapRecorder
+from fsi.run_folder import RunFolder, export
+from fsi.series import SERIES
+
+STEPS = 300
+
+
+@pytest.fixture
+def run(scene, flap, tmp_path):
+    """A folder with a finished log of 300 steps."""
+    folder = RunFolder.choose(scene, tmp_path / "run")
+    folder.create(scene)
+    recorder = McapRecorder(folder.path / "run.mcap")
+    recorder.begin(scene, flap)
+    recorder.event(0.0, 0, "warning", "a shallow start")
+    for step in range(STEPS):
+        recorder.series(frame(step))
+    recorder.end()
+    folder.write(status="done")
+    return folder.path
+
+
+def test_every_channel_comes_back(run):
+    log = read_log(run / "run.mcap")
+    t = 0.01 * np.arange(STEPS)
+    assert log.complete
+    assert log.events == [(0.0, "warning", "a shallow start")]
+    np.testing.assert_array_equal(log.time, t)
+    np.testing.assert_array_equal(log.step, np.arange(STEPS))
+    np.testing.assert_array_equal(log.wall_time, 10 * t)
+    first = frame(0)
+    assert set(log.variables) == set(first.series)
+    for step in range(STEPS):
+        given = frame(step)
+        for name, value in given.series.items():
+            np.testing.assert_array_equal(log.variables[name].values[step], value)
+
+
+def test_other_tools_can_read_it(run):
+    """By the index at its end and the schemas inside it, as Foxglove does."""
+    with (run / "run.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        channels = reader.get_summary().channels.values()
+        topics = {channel.topic: reader.get_summary().schemas[channel.schema_id].name for channel in channels}
+        messages = [m.decoded_message for m in reader.iter_decoded_messages(topics=["/series/elevation"])]
+    assert topics["/series/elevation"] == "spindrift.Series"
+    assert topics["/tf"] == "foxglove.FrameTransforms"
+    assert topics["/events"] == "foxglove.Log"
+    assert len(messages) == STEPS
+    assert list(messages[7].values) == [0.07, -0.07]
+    [elevation] = [channel for channel in channels if channel.topic == "/series/elevation"]
+    assert elevation.metadata["units"] == "m"
+    assert json.loads(elevation.metadata["columns"]) == ["near", "far"]
+
+
+@pytest.mark.parametrize("kept", [0.95, 0.5])
+def test_killed_run_keeps_all_but_its_last_chunk(run, kept):
+    path = run / "run.mcap"
+    data = path.read_bytes()
+    body = data.index(b"spindrift.Series")  # where the messages begin
+    path.write_bytes(data[: body + int(kept * (len(data) - body))])
+    log = read_log(path)
+    assert not log.complete
+    assert len(log.time) > (kept - 0.25) * STEPS  # the index at the end is a tenth of so short a file
+    np.testing.assert_array_equal(log.time, 0.01 * np.arange(len(log.time)))
+    elevation = log.variables["elevation"].values
+    np.testing.assert_array_equal(elevation[:-1, 0], log.time[:-1])
+
+
+def test_log_is_on_disk_while_the_run_goes_on(scene, tmp_path):
+    path = tmp_path / "run.mcap"
+    recorder = McapRecorder(path)
+    recorder.begin(scene, None)
+    for step in range(STEPS):
+        recorder.series(frame(step, bodies=False))
+        if step == 200:
+            assert len(read_log(path).time) > 100
+    recorder.end()
+
+
+def test_dataset_has_names_and_units(run):
+    dataset = load_run(run)
+    for name, variable in dataset.variables.items():
+        if name not in dataset.dims and name != "joint_kind" and not name.startswith("novelty"):
+            assert variable.attrs["units"], name
+            assert variable.attrs["long_name"], name
+    assert dataset["body_force"].dims == ("time", "body", "axis")
+    assert dataset["body_quaternion"].dims == ("time", "body", "wxyz")
+    assert list(dataset["joint"].values) == ["hinge", "heave"]
+    assert list(dataset["joint_kind"].values) == ["hinge", "slide"]
+    assert dataset["joint_position"].attrs["units"] == "m or rad"
+    assert dataset["elevation"].sel(gauge="far", time=0.05).item() == -0.05
+    assert dataset["novelty"].shape == (STEPS, 2, 2)
+    assert dataset.attrs["scene"] == "small"
+    assert dataset.attrs["status"] == "done"
+    assert dataset.attrs["width"] == 1.0
+    assert "a shallow start" in dataset.attrs["events"]
+
+
+def test_table_of_series_is_the_design():
+    assert SERIES["body_torque"].units == "N m"
+    assert SERIES["joint_force"].rotary_units == "N m"
+    assert all(series.units and series.long_name for series in SERIES.values())
+
+
+def test_export(run):
+    xarray = pytest.importorskip("xarray")
+    dataset = load_run(run)
+    netcdf = xarray.load_dataset(export(run, "nc"), engine="h5netcdf")
+    xarray.testing.assert_allclose(netcdf, dataset)
+    assert netcdf["pressure"].attrs["units"] == "Pa"
+    lines = export(run, "csv").read_text().splitlines()
+    heads = lines[0].split(",")
+    assert len(lines) == STEPS + 1
+    assert heads[0] == "time [s]"
+    row = dict(zip(heads, map(float, lines[8].split(",")), strict=True))
+    assert row["elevation.far [m]"] == -0.07
+    assert row["body_position.float.y [m]"] == 0.07
+    assert row["joint_position.heave [m or rad]"] == 0.14
+
+
+def test_what_is_no_run(tmp_path):
+    with pytest.raises(SceneError, match="holds no run; give the folder"):
+        load_run(tmp_path)
+
+
+def test_full_disk_ends_the_run(scene):
+    recorder = Background([McapRecorder(Path("/dev/full"))])
+    with pytest.raises(RunError, match="the disk is full"):
+        recorder.begin(scene, None)
+        for step in range(STEPS):
+            recorder.series(frame(step, bodies=False))
+        recorder.end()

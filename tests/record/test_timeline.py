@@ -1,0 +1,63 @@
+"""The timeline: what is in the recording, by name, and that its colours mean the same in every frame."""
+
+import numpy as np
+import pytest
+from stand_in import frame
+
+rerun = pytest.importorskip("rerun")
+
+from fsi.colours import colour_map, packed  # noqa: E402
+from fsi.record_timeline import TimelineRecorder, colour_range  # noqa: E402
+from fsi.scene_file import load_scene  # noqa: E402
+
+
+@pytest.fixture
+def chunks(scene, flap, tmp_path):
+    """Entity path -> chunks of a recording of 120 series frames and 12 frames of particles."""
+    recorder = TimelineRecorder(tmp_path / "run.rrd")
+    recorder.begin(scene, flap)
+    recorder.event(0.0, 0, "info", "start")
+    for step in range(120):
+        recorder.series(frame(step))
+        if step % 10 == 0:
+            recorder.particles(frame(step))
+    recorder.end()
+    found = {}
+    for chunk in rerun.chunk.RrdReader(tmp_path / "run.rrd").stream():
+        found.setdefault(str(chunk.entity_path), []).append(chunk)
+    return found
+
+
+def rows(chunks, entity: str) -> int:
+    return sum(chunk.num_rows for chunk in chunks[entity])
+
+
+def test_everything_is_on_the_timeline(chunks):
+    fixed = ["/world/tank", "/world/gauges", "/world/probes", "/world/bodies/flap/plate", "/world/fixed/ramp"]
+    assert set(fixed) <= set(chunks)
+    assert rows(chunks, "/world/fluid") == 12
+    assert rows(chunks, "/world/bodies/float") == 120
+    assert rows(chunks, "/world/loads/float") == 120
+    assert rows(chunks, "/events") == 1
+    for name in frame(0).series:
+        assert rows(chunks, f"/series/{name}") == 120 + 1  # and the names of its lines
+
+
+def test_timelines_are_ours_alone(chunks):
+    names = {name for chunk in chunks["/world/fluid"] for name in chunk.timeline_names}
+    assert names == {"sim_time", "step", "wall_time"}
+
+
+def test_colours_have_one_range(scene):
+    assert colour_range(scene) == (0.0, pytest.approx(1000 * 9.81 * 0.5))
+    assert colour_range(load_scene(scene, ["output.colour=speed"])) == (0.0, pytest.approx(0.5 * (9.81 * 0.5) ** 0.5))
+
+
+def test_colour_map_gets_evenly_lighter():
+    colours = colour_map()
+    luminance = (colours / 255) ** 2.2 @ [0.2126, 0.7152, 0.0722]
+    lightness = np.cbrt(luminance)
+    steps = np.diff(lightness[::15])
+    assert (steps > 0).all()
+    assert steps.max() < 2 * steps.min()
+    assert packed(np.array([[1, 2, 3]], np.uint8))[0] == 0x010203FF
