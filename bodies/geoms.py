@@ -17,7 +17,7 @@ ALIGNED = 1.0 - 1e-9  # cosine above which an axis counts as parallel to y
 
 def triangles(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Vertices (n, 3) and triangles (m, 3) of a geom in its own frame; None for what has no volume to draw."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = TYPE(model.geom_type[geom]), model.geom_size[geom]
     if kind == TYPE.mjGEOM_MESH:
         return mesh_arrays(model, model.geom_dataid[geom])
     if kind == TYPE.mjGEOM_BOX:
@@ -43,7 +43,7 @@ def place(model: mujoco.MjModel, data: mujoco.MjData, geom: int, dimension: int,
     surface = triangles(model, geom)
     if surface is None:
         kind = TYPE(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
-        raise SceneError(f"a {kind} cannot be wet", key=key, file=source, fix="use a box or a mesh")
+        raise SceneError(f"type {kind} cannot be wet", key=key, file=source, fix="use a box or a mesh")
     check_closed(*surface, key=key, file=source)
     position, rotation = data.geom_xpos[geom].copy(), data.geom_xmat[geom].reshape(3, 3).copy()
     if dimension == 3:

@@ -82,6 +82,8 @@ def mesh_solid(path: str | Path, dimension: int, source: object = "", key: str =
     except Exception as error:  # each format raises its own kind
         raise SceneError(f"cannot be read as a mesh ({error})", file=path, fix="export it as STL, OBJ or PLY") from None
     vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces)
+    if len(faces) == 0:
+        raise SceneError("holds no triangles", file=path, fix="export it as STL, OBJ or PLY")
     check_closed(vertices, faces, file=path)
     if dimension == 3:
         return Placed(mesh(vertices, faces), np.zeros(3), np.eye(3))
@@ -104,6 +106,6 @@ def open_edges(vertices: np.ndarray, triangles: np.ndarray) -> int:
 def check_closed(vertices: np.ndarray, triangles: np.ndarray, key: str = "", file: object = "") -> None:
     """Raise SceneError unless the mesh encloses a volume."""
     edges = open_edges(vertices, triangles)
-    if edges or len(triangles) == 0:
+    if edges:
         fault = f"mesh is not watertight ({edges} open edges)"
         raise SceneError(fault, key=key, file=file, fix="repair it, for instance with trimesh.repair or a CAD program")

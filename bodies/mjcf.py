@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -21,30 +20,13 @@ def load_model(files: Mapping[str, BodyFile], gravity: float, source: object) ->
     gravity [m/s2] is the scene's; source names the scene in errors. Also returns notes on what was decided.
     Raises SceneError for a missing or malformed file and for options that contradict the scene.
     """
-    specs = {key: _read(file, gravity, f"bodies.{key}.mjcf", source) for key, file in files.items()}
-    parts = list(specs.values())
-    if len(parts) == 1:
-        whole, path = parts[0]
-    else:
-        whole, path = mujoco.MjSpec(), ", ".join(str(path) for _, path in parts)
-        whole.option = parts[0][0].option
-        whole.option.timestep = min(part.option.timestep for part, _ in parts)
-        whole.compiler.conflict = mujoco.mjtConflict.mjCONFLICT_ERROR
-        for key, (part, _) in specs.items():
-            part.option.timestep = whole.option.timestep
-            try:
-                whole.attach(part, prefix=f"{key}/", frame=whole.worldbody.add_frame())
-            except ValueError as error:
-                key, fix = f"bodies.{key}", "give all files the same options"
-                raise SceneError(_one_line(error), key=key, file=source, fix=fix) from None
+    parts = {key: _read(file, gravity, f"bodies.{key}.mjcf", source) for key, file in files.items()}
+    path = ", ".join(str(file.mjcf) for file in files.values())
+    whole = next(iter(parts.values())) if len(parts) == 1 else _join(parts, source)
     model = _compile(whole, path)
-    notes = []
-    if _count_meshes_exactly(whole, model):
-        model = _compile(whole, path)
-        notes.append("mesh geoms: mass and inertia by exact integration (inertia='exact')")
-    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER:
-        model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    return model, notes
+    if not _count_meshes_exactly(whole, model):
+        return model, []
+    return _compile(whole, path), ["mesh geoms: mass and inertia by exact integration (inertia='exact')"]
 
 
 def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: object) -> list[int]:
@@ -77,7 +59,7 @@ def name_of(model: mujoco.MjModel, kind: mujoco.mjtObj, index: int) -> str:
     return mujoco.mj_id2name(model, kind, int(index))
 
 
-def _read(file: BodyFile, gravity: float, key: str, source: object) -> tuple[mujoco.MjSpec, Path]:
+def _read(file: BodyFile, gravity: float, key: str, source: object) -> mujoco.MjSpec:
     path = file.mjcf
     if not path.is_file():
         fix = "give the path of an MJCF file, or package://bodies/models/NAME.xml for one that comes with the project"
@@ -97,8 +79,27 @@ def _read(file: BodyFile, gravity: float, key: str, source: object) -> tuple[muj
     for kind, elements in (("body", spec.bodies), ("geom", spec.geoms), ("joint", spec.joints)):
         for number, element in enumerate(elements):
             element.name = element.name or f"{kind}{number}"
+    if option.integrator == mujoco.mjtIntegrator.mjINT_EULER:  # MuJoCo's default
+        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     _shift(spec, file.position)
-    return spec, path
+    return spec
+
+
+def _join(parts: Mapping[str, mujoco.MjSpec], source: object) -> mujoco.MjSpec:
+    """One specification of several, under the smallest of their time steps; all other options must be the same."""
+    options = [part.option for part in parts.values()]
+    step = min(option.timestep for option in options)
+    for key, part in parts.items():
+        part.option.timestep = step
+        for field in (name for name in dir(part.option) if not name.startswith("_")):
+            if not np.array_equal(getattr(part.option, field), getattr(options[0], field)):
+                fault, fix = f"option {field!r} differs from that of the first file", "give all files the same options"
+                raise SceneError(fault, key=f"bodies.{key}.mjcf", file=source, fix=fix)
+    whole = mujoco.MjSpec()
+    whole.option = options[0]
+    for key, part in parts.items():
+        whole.attach(part, prefix=f"{key}/", frame=whole.worldbody.add_frame())
+    return whole
 
 
 def _shift(spec: mujoco.MjSpec, position) -> None:

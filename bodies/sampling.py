@@ -93,7 +93,6 @@ def under(
     through it: the first layer then counts by area, deeper ones are left out. `finest` [m] is a lattice that resolves
     the thinnest part.
     """
-    dim = len(lower)
     step = min(spacing / (2 if len(lower) == 3 else 8), finest)
     points = near(nearest, lower, upper, layers * spacing, step)
     depth = -nearest(points)[0]

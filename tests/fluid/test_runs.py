@@ -55,7 +55,7 @@ def dam_break(**numerics) -> Simulation:
         {
             "spacing": 0.02,
             "duration": 1.2,
-            "tank": {"min": [0, 0], "max": [2, 2.6]},
+            "tank": {"min": [0, 0], "max": [2, 3.4]},
             "fluid": {"start": "converged", "blocks": [{"min": [0, 0], "max": [0.5, 1]}]},
             "numerics": numerics,
         }

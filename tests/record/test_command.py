@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from typer.testing import CliRunner
@@ -167,3 +168,20 @@ def test_what_a_scene_does_not_need_is_not_imported(here, logged, imported):
     code = SLIM.format(folder=str(Path(__file__).parent), scene=str(path), out=str(here / "out"))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == imported
+
+
+def test_check_prints_a_scene_that_runs(here, monkeypatch):
+    layout = ModuleType("fsi.layout")
+    layout.estimate = lambda scene, bodies: {
+        "fluid": 2500, "wall": 300, "body": 0, "memory_bytes": 1.2e6, "steps": 500.0, "seconds": 75.0
+    }  # fmt: skip
+    monkeypatch.setitem(sys.modules, "fsi.layout", layout)
+    result = command("check", "small.toml", "--set", "waves={wave_height=0.05, period=1.5}")
+    assert result.exit_code == 0, result.output
+    (here / "printed.toml").write_text(result.stdout)
+    assert load_scene(here / "printed.toml") == load_scene("small.toml", ["waves={wave_height=0.05, period=1.5}"])
+    assert "# particles: 2800 (2500 fluid, 300 wall, 0 body)\n# memory: 1 MB\n" in result.stdout
+    assert "# run time: about 1:15 min, 500 steps\n" in result.stdout
+    assert "2.5 particles over the wave height" in result.stderr
+    facts = json.loads(command("check", "small.toml", "--json").stdout)
+    assert (facts["scene"]["spacing"], facts["estimate"]["fluid"], facts["warnings"]) == (0.02, 2500, [])
