@@ -26,8 +26,12 @@ class Surface:
         return sampling.under(self._nearest, *self._bounds, spacing, layers, self._finest)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Signed distance (n,) of points (n, dim), negative inside."""
-        return self._nearest(points)[0]
+        """Signed distance (n,) of points (n, dim), negative inside; far outside, that to the bounding box."""
+        lower, upper = self._bounds
+        beyond = np.linalg.norm(np.maximum(np.maximum(lower - points, points - upper), 0.0), axis=1)
+        close = beyond < 0.25 * (upper - lower).max()
+        beyond[close] = self._nearest(points[close])[0]
+        return beyond
 
     def thickness(self, spacing: float) -> float:
         """Diameter of the largest ball inside [m], told apart up to two and a half spacings."""
@@ -35,11 +39,12 @@ class Surface:
 
 
 def mesh(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
-    """A closed mesh in three dimensions: vertices (n, 3) [m], triangles (m, 3) counter-clockwise from outside."""
+    """A closed mesh in three dimensions: vertices (n, 3) [m], triangles (m, 3) that all run the same way round."""
     corners = vertices[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     volume = np.einsum("tk,tk->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-    return Surface(TriangleTree(vertices, triangles).nearest, vertices, 2 * abs(volume) / area)
+    outward = triangles if volume > 0 else triangles[:, ::-1]
+    return Surface(TriangleTree(vertices, outward).nearest, vertices, 2 * abs(volume) / area)
 
 
 def polygon(start: np.ndarray, end: np.ndarray) -> Surface:
@@ -95,17 +100,23 @@ def mesh_solid(path: str | Path, dimension: int, source: object = "", key: str =
 
 def open_edges(vertices: np.ndarray, triangles: np.ndarray) -> int:
     """Number of edges that do not join exactly two triangles, vertices (n, 3) at one place counted as one."""
-    _, merged = np.unique(vertices, axis=0, return_inverse=True)
-    corners = merged.reshape(-1)[triangles]
-    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
-    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
-    _, count = np.unique(edges, axis=0, return_counts=True)
+    _, count = np.unique(np.sort(_edges(vertices, triangles), axis=1), axis=0, return_counts=True)
     return int((count != 2).sum())
 
 
 def check_closed(vertices: np.ndarray, triangles: np.ndarray, key: str = "", file: object = "") -> None:
-    """Raise SceneError unless the mesh encloses a volume."""
-    edges = open_edges(vertices, triangles)
-    if edges:
-        fault = f"mesh is not watertight ({edges} open edges)"
-        raise SceneError(fault, key=key, file=file, fix="repair it, for instance with trimesh.repair or a CAD program")
+    """Raise SceneError unless the mesh encloses a volume and its triangles agree on which side that is."""
+    fix = "repair it, for instance with trimesh.repair or a CAD program"
+    if edges := open_edges(vertices, triangles):
+        raise SceneError(f"mesh is not watertight ({edges} open edges)", key=key, file=file, fix=fix)
+    _, count = np.unique(_edges(vertices, triangles), axis=0, return_counts=True)
+    if turned := int((count > 1).sum()):
+        raise SceneError(f"triangles face different ways (across {turned} edges)", key=key, file=file, fix=fix)
+
+
+def _edges(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Edges (k, 2) as the triangles run through them, by vertex numbers after merging; without degenerate triangles."""
+    _, merged = np.unique(vertices, axis=0, return_inverse=True)
+    corners = merged.reshape(-1)[triangles]
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    return np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])

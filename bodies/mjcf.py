@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 
 import mujoco
@@ -23,6 +24,9 @@ def load_model(files: Mapping[str, BodyFile], gravity: float, source: object) ->
     parts = {key: _read(file, gravity, f"bodies.{key}.mjcf", source) for key, file in files.items()}
     path = ", ".join(str(file.mjcf) for file in files.values())
     whole = next(iter(parts.values())) if len(parts) == 1 else _join(parts, source)
+    whole.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # else an unstable run would start over
+    if mujoco.get_mju_user_warning() is None:  # else MuJoCo writes a log file into the working directory
+        mujoco.set_mju_user_warning(lambda text: warnings.warn(f"MuJoCo: {text}", RuntimeWarning, stacklevel=2))
     model = _compile(whole, path)
     if not _count_meshes_exactly(whole, model):
         return model, []

@@ -16,6 +16,8 @@ import math
 import mujoco
 import numpy as np
 
+from fsi.errors import RunError
+
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STIFF = 0.25  # dt sqrt(k / M) above which a joint spring is taken implicitly
 PASSES = 12  # at most, for the off-diagonal added inertia of one substep
@@ -39,8 +41,13 @@ class Stepper:
 
     def advance(self, dt: float, bodies: np.ndarray, wrench: np.ndarray, added: np.ndarray, a0: np.ndarray):
         """Step by dt [s] under the wrench (b, 6) on `bodies` (b,) at their centres of mass, world frame, with the added
-        inertia (nv, nv) about the joint acceleration a0 (nv,). Returns the mean joint acceleration (nv,)."""
+        inertia (nv, nv) about the joint acceleration a0 (nv,). Returns the mean joint acceleration (nv,).
+
+        Raises RunError where a force is not finite or an acceleration beyond what MuJoCo takes for stable.
+        """
         data = self.data
+        if not (np.isfinite(wrench).all() and np.isfinite(added).all()):
+            raise RunError("unstable: the force of the fluid on the bodies is not finite")
         added = positive(added)
         substeps = max(1, math.ceil(dt / self._time_step - 1e-9))
         if substeps > 1:
@@ -55,7 +62,10 @@ class Stepper:
         data.qfrc_applied[:] = 0.0
         self._unload()
         self.refresh()
-        return (data.qvel - before) / dt
+        acceleration = (data.qvel - before) / dt
+        if not (np.abs(acceleration) < mujoco.mjMAXVAL).all():
+            raise RunError("unstable: the bodies accelerate without bound; try a smaller numerics.courant")
+        return acceleration
 
     def refresh(self) -> None:
         """Bring everything that follows from position and velocity up to date (poses, jacobians, passive forces)."""
@@ -124,16 +134,16 @@ class Stepper:
 
 
 def positive(matrix: np.ndarray) -> np.ndarray:
-    """The symmetric part of a matrix (n, n) without its negative eigenvalues, the noise of a measured added inertia.
-    They are found with the diagonal scaled to one, for metres and radians do not compare."""
-    symmetric = (matrix + matrix.T) / 2
+    """A measured added inertia (n, n) without the negative eigenvalues of its symmetric part, which are noise. They are
+    found with the diagonal scaled to one, for metres and radians do not compare. The antisymmetric part, of a pressure
+    that was not solved to the end, does no work and stays: without it the fluid's next answer would not fit."""
+    symmetric, skew = (matrix + matrix.T) / 2, (matrix - matrix.T) / 2
     scale = np.sqrt(np.maximum(np.diag(symmetric), 0.0))
-    symmetric[scale == 0.0, :] = symmetric[:, scale == 0.0] = 0.0
     inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)
     values, vectors = np.linalg.eigh(symmetric * np.outer(inverse, inverse))
-    if values.size == 0 or values[0] >= 0.0:
-        return symmetric
-    return (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
+    if values.min(initial=0.0) < 0.0 or (np.diag(symmetric) < 0.0).any():
+        symmetric = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
+    return symmetric + skew
 
 
 def _broyden(inverse: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:

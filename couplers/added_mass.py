@@ -14,7 +14,7 @@ class AddedMass:
 
     For given positions and velocities the wrench is affine in the joint acceleration a (nv,) that the walls of the
     bodies move with, F(a) = F0 + sum_k R_k (a_k - a0_k). One pressure solution at a0, the acceleration of the last
-    step, gives F0; one linear response per joint acceleration gives R_k, and with the jacobian J of the bodies the
+    step, gives F0; one linear response to each joint acceleration gives R_k, and with the jacobian J of the bodies the
     added inertia Ma = -J^T R. `bodies.advance` then solves the equations of motion with (M + Ma), which is stable for
     any ratio of added to own mass, and the pressure is corrected to the acceleration that came out.
 
@@ -29,16 +29,18 @@ class AddedMass:
         """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
         motion, start = bodies.motion(), self.acceleration
         wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
-        responses = {dof: fluid.response(motion.jacobian[:, :, dof]) for dof in self._moving(motion.jacobian)}
         added = np.zeros((start.size, start.size))
-        for dof, (_, change) in responses.items():
-            added[:, dof] = -np.einsum("bik,bi->k", motion.jacobian, change)
+        dofs = self._moving(motion.jacobian)
+        if dofs.size == 0:
+            self.acceleration = bodies.advance(dt, wrench, added, start)
+            return wrench
+        pressures, changes = fluid.response(motion.jacobian[:, :, dofs].transpose(2, 0, 1))
+        added[:, dofs] = -np.einsum("bik,mbi->km", motion.jacobian, changes)
         self.acceleration = bodies.advance(dt, wrench, added, start)
-        for dof, (pressure, change) in responses.items():
-            rise = self.acceleration[dof] - start[dof]
-            fluid.add(pressure, rise)
-            wrench = wrench + change * rise
-        return wrench
+        rise = (self.acceleration - start)[dofs]
+        for pressure, factor in zip(pressures, rise, strict=True):
+            fluid.add(pressure, factor)
+        return wrench + np.einsum("m,mbi->bi", rise, changes)
 
     def _moving(self, jacobian: np.ndarray) -> np.ndarray:
         """Joint accelerations that move a wet body as far as the fluid can tell."""

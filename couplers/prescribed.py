@@ -30,6 +30,7 @@ class Prescribed:
                 raise SceneError(f"no joint {name!r}", key="coupler.motion", file=source, fix=fix)
         self._motion = {name: _follow(settings) for name, settings in motion.items()}
         self._dofs = [known[name] for name in motion]
+        self._check_start(bodies, source)
         self._place(bodies, 0.0)
 
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
@@ -41,6 +42,16 @@ class Prescribed:
         wrench = fluid.pressure(motion.jacobian @ acceleration + motion.bias)
         self._place(bodies, time + dt)
         return wrench
+
+    def _check_start(self, bodies: BodySet, source: object) -> None:
+        """The boundary particles are laid out where the body file has the joint, so the motion has to start there."""
+        here = dict(zip(bodies.joint_names, bodies.joints()["joint_position"], strict=True))
+        for name, follow in self._motion.items():
+            start = follow(0.0)[0]
+            if abs(start - here[name]) > 1e-9:
+                fault = f"starts at {start:g} where the body file has the joint at {here[name]:g}"
+                fix = f"start the motion at {here[name]:g}, or pose the body in its file"
+                raise SceneError(fault, key=f"coupler.motion.{name}", file=source, fix=fix)
 
     def _place(self, bodies: BodySet, time: float) -> None:
         now = {name: follow(time) for name, follow in self._motion.items()}

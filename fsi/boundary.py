@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from fsi.compiled import kernel as compiled
-from fsi.lanes import at, claim, dot, other, other_vector, own, own_vector, store, zero, zero_vector
+from fsi.lanes import at, claim, component, dot, other_vector, own_vector, store, zero, zero_vector
 from fsi.sweeps import touches
 from fsi.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
@@ -63,17 +63,17 @@ def make_weights(lanes: int, dim: int, laminar: bool):
 
 
 @cache
-def make_extrapolation(lanes: int, dim: int, everywhere: bool = True):
+def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool = True):
     """Pressure of the boundary particles from the fluid's (Adami et al. 2012, eq. 27):
-    p_b = (sum W p_j + rho (g - a_b) . sum W x_bj) / sum W, with `fall` = g - a_b (b, DIM). With `everywhere` off only
-    groups that touch the box `low` to `high` take part."""
-    L, DIM = lanes, dim
+    p_b = (sum W p_j + lift_b) / sum W, with lift_b = rho (g - a_b) . sum W x_bj (`make_lift`), for one pressure or
+    several columns of them. With `everywhere` off only groups that touch the box `low` to `high` take part."""
+    L, DIM, M = lanes, dim, columns
     P = dim
 
-    @compiled(lanes, dim, everywhere)
-    def extrapolate(counter, bounds, groups, first, rows, weights, fall, k, low, high):
+    @compiled(lanes, dim, columns, everywhere)
+    def extrapolate(counter, bounds, groups, first, rows, weights, lift, k, low, high):
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(L, rows.dtype)
+        t_ = np.empty(M * L, rows.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -84,34 +84,58 @@ def make_extrapolation(lanes: int, dim: int, everywhere: bool = True):
                 if not everywhere and not touches(rows, s, e, low, high):
                     continue
                 x_i = own_vector(rows, s, 0, L, DIM)
-                total = zero(rows, L)
+                total = zero_vector(rows, L, M)
                 for n in range(base + span[g, 0], base + span[g, 1]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(rows, j, 0, L, DIM)
                     w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    total = total + w * other(rows, j, P, L)
+                    total = total + w * other_vector(rows, j, P, L, M)
                 store(t_, 0, total)
                 for i in range(s, e):
                     b = i - first
-                    p = t_[i - s]
-                    for d in range(DIM):
-                        p += k.density * fall[b, d] * weights[b, 1 + d]
-                    rows[i, P] = p / weights[b, 0] if weights[b, 0] > 0.0 else 0.0
+                    for m in range(M):
+                        p = t_[m * L + i - s] + lift[b, m]
+                        rows[i, P + m] = p / weights[b, 0] if weights[b, 0] > 0.0 else 0.0
 
     return extrapolate
 
 
-@cache
-def make_force(lanes: int, dim: int):
-    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM): the
-    exact opposite of its forces on the fluid."""
-    L, DIM = lanes, dim
-    P = dim
+@njit(nogil=True, cache=True)
+def lift_of(position, owner, centre, acceleration, twist, gravity, density, weights, lift):
+    """lift (b, m) = rho (g - a_b) . sum W x_bj for each column m of accelerations (m, owners, 6) of the owners, whose
+    twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
+    dim = position.shape[1]
+    r, s = np.zeros(3), np.zeros(3)
+    for b in range(position.shape[0]):
+        o = owner[b]
+        w = twist[o, 3:]
+        for d in range(dim):
+            axis = 2 if d == dim - 1 else d
+            r[axis] = position[b, d] - centre[o, axis]
+        for d in range(3):
+            s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
+        for m in range(acceleration.shape[0]):
+            a = acceleration[m, o]
+            total = -gravity * weights[b, dim]
+            for d in range(dim):
+                x = 2 if d == dim - 1 else d
+                y, z = (x + 1) % 3, (x + 2) % 3
+                along = a[x] + a[3 + y] * r[z] - a[3 + z] * r[y] + w[y] * s[z] - w[z] * s[y]
+                total -= along * weights[b, 1 + d]
+            lift[b, m] = density * total
 
-    @compiled(lanes, dim)
+
+@cache
+def make_force(lanes: int, dim: int, columns: int = 1):
+    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (m, b, DIM) for
+    one pressure or several columns of them: the exact opposite of its forces on the fluid."""
+    L, DIM, M = lanes, dim, columns
+    P, Z = dim, dim - 1
+
+    @compiled(lanes, dim, columns)
     def press(counter, bounds, groups, first, rows, owner, least, force, k):
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(DIM * L, rows.dtype)
+        t_ = np.empty(DIM * M * L, rows.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -121,29 +145,39 @@ def make_force(lanes: int, dim: int):
                 s, e = group[g], group[g + 1]
                 if owner[s - first : e - first].max() < least:
                     continue
-                x_i, p_i = own_vector(rows, s, 0, L, DIM), own(rows, s, P, L)
-                total = zero_vector(rows, L, DIM)
+                x_i, p_i = own_vector(rows, s, 0, L, DIM), own_vector(rows, s, P, L, M)
+                total_x, total_y, total_z = zero_vector(rows, L, M), zero_vector(rows, L, M), zero_vector(rows, L, M)
                 for n in range(base + span[g, 0], base + span[g, 1]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(rows, j, 0, L, DIM)
                     f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    total = total + pressure_gradient(f, p_i, other(rows, j, P, L), x_ij)
-                store(t_, 0, total)
+                    p_j = other_vector(rows, j, P, L, M)
+                    total_x = total_x + pressure_gradient(f, p_i, p_j, component(x_ij, 0))
+                    total_z = total_z + pressure_gradient(f, p_i, p_j, component(x_ij, Z))
+                    if DIM == 3:
+                        total_y = total_y + pressure_gradient(f, p_i, p_j, component(x_ij, 1))
+                store(t_, 0, total_x)
+                if DIM == 3:
+                    store(t_, M * L, total_y)
+                store(t_, Z * M * L, total_z)
                 for i in range(s, e):
-                    for d in range(DIM):
-                        force[i - first, d] = k.mass * k.gradient_factor * t_[d * L + i - s]
+                    for m in range(M):
+                        for d in range(DIM):
+                            force[m, i - first, d] = k.mass * k.gradient_factor * t_[(d * M + m) * L + i - s]
 
     return press
 
 
-@njit(cache=True)
-def wrenches(position, force, owner, centre, wrench):
-    """Add the forces (b, DIM) on boundary particles to the wrench (owners, 6) of their owners about `centre`
-    (owners, DIM): force (x, y, z), then torque."""
+@njit(nogil=True, cache=True)
+def wrenches(position, force, owner, centre, least, wrench):
+    """Add the forces (b, DIM) on boundary particles of the owners from `least` on to the wrench (owners, 6) of their
+    owners about `centre` (owners, DIM): force (x, y, z), then torque."""
     dim = position.shape[1]
     arm, load = np.zeros(3), np.zeros(3)
     for b in range(position.shape[0]):
         o = owner[b]
+        if o < least:
+            continue
         for d in range(dim):
             axis = 2 if d == dim - 1 else d
             arm[axis] = position[b, d] - centre[o, d]

@@ -48,8 +48,8 @@ def _pack_fluid(counter, bounds, order, lower, position, velocity, pressure, lab
 
 
 @njit(nogil=True, cache=True)
-def _pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, fall, dt, gravity,
-                   xs, flow, trial, field, twin):  # fmt: skip
+def _pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, dt, gravity, xs,
+                   flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
     acceleration makes its final velocity."""
     dim = position.shape[1]
@@ -68,26 +68,6 @@ def _pack_boundary(order, first, lower, position, velocity, owner, position2, ve
             flow[i, dim + d] = velocity[j, d]
             trial[i, dim + 1 + d] = velocity[j, d]
         trial[i, 2 * dim] -= dt * gravity
-
-
-@njit(cache=True)
-def _fall(position, owner, centre, acceleration, velocity, gravity, fall):
-    """g - a_b of each boundary particle from the acceleration and the twist (owners, 6) of its owner about `centre`
-    (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
-    dim = position.shape[1]
-    r, s = np.zeros(3), np.zeros(3)
-    for b in range(position.shape[0]):
-        a, w = acceleration[owner[b]], velocity[owner[b], 3:]
-        for d in range(dim):
-            axis = 2 if d == dim - 1 else d
-            r[axis] = position[b, d] - centre[owner[b], axis]
-        for d in range(3):
-            s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
-        for d in range(dim):
-            x = 2 if d == dim - 1 else d
-            y, z = (x + 1) % 3, (x + 2) % 3
-            fall[b, d] = -(a[x] + a[3 + y] * r[z] - a[3 + z] * r[y] + w[y] * s[z] - w[z] * s[y])
-        fall[b, dim - 1] -= gravity
 
 
 def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
@@ -159,35 +139,29 @@ class Fluid:
         self._predictor = sweeps.make_predictor(L, D, laminar, numerics.artificial_viscosity > 0)
         self._source = sweeps.make_source(L, D)
         self._jacobi = sweeps.make_jacobi(L, D)
-        self._echo = sweeps.make_jacobi(L, D, sourced=False)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0)
         self._weights = boundary.make_weights(L, D, laminar)
         self._extrapolation = boundary.make_extrapolation(L, D)
-        self._local_extrapolation = boundary.make_extrapolation(L, D, everywhere=False)
-        self._force = boundary.make_force(L, D)
 
     def _allocate(self) -> None:
         n, b, dim = len(self.position), len(self.boundary), self.dim
         rows = n + b + 16
-        moves = self.owners > FIRST_BODY
-        twin = self.scene.numerics.sweeps > 1
         self._xs = np.zeros((dim, rows), np.float32)
         self._flow = np.zeros((rows, 8 if dim == 3 else 4), self.dtype)
         self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
         self._field = np.zeros((rows, 4), self.dtype)
-        self._twin = np.zeros((rows, 4), self.dtype) if twin or moves else self._field
-        self._echoes = [np.zeros((rows, 4), self.dtype) for _ in range(2)] if moves else []
+        self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
+        self._echoes = []
         self._coefficients = np.zeros((n, 3), self.dtype)
         self._spare = [np.empty_like(a) for a in (self.position, self.velocity, self.pressure_values, self.label)]
         self._sorted_boundary = np.zeros((b, dim))
         self._sorted_velocity = np.zeros((b, dim))
         self._sorted_owner = np.zeros(b, np.int32)
-        self._fall_values = np.zeros((b, dim))
+        self._lift = np.zeros((b, 1), self.dtype)
         self._shepard = np.zeros((b, 1 + dim), self.dtype)
         self._viscous_force = np.zeros((b, dim))
-        self._pressure_force = np.zeros((b, dim))
-        self._low, self._high = np.zeros(dim), np.zeros(dim)
+        self._pressure_force = np.zeros((1, b, dim))
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -222,7 +196,7 @@ class Fluid:
         self._solids = b = len(order)
         _pack_boundary(
             order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.owner, self._sorted_boundary,
-            self._sorted_velocity, self._sorted_owner, self._fall_values, dt, float(self.k.gravity), self._xs, *rows,
+            self._sorted_velocity, self._sorted_owner, dt, float(self.k.gravity), self._xs, *rows,
         )  # fmt: skip
         self._boundary_order = order
         kinds = [(self._sort, 0)] + ([(self._boundary_sort, n)] if b else [])
@@ -246,7 +220,7 @@ class Fluid:
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
-        self._set_fall(acceleration, self._twist, float(self.k.gravity))
+        self._set_lift(acceleration[None], self._twist, float(self.k.gravity), self._lift)
         self._extrapolate(self._trial)
         near = self._near
         self.team.run(
@@ -256,11 +230,11 @@ class Fluid:
         field, twin = self._field, self._twin
         for _ in range(self.scene.numerics.sweeps - 1):
             self._extrapolate(field)
-            self._sweep(self._jacobi, field, twin)
+            self._sweep(field, twin)
             field, twin = twin, field
         self._field, self._twin = field, twin
         self._extrapolate(field)
-        return self.wrench(field, viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
+        return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
     def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> int:
         """Solve the pressure equation at the start, for fluid released from its initial state: Jacobi sweeps with
@@ -277,7 +251,7 @@ class Fluid:
         weight, sweep = 1.0, 0
         for sweep in range(1, most + 1):
             self._extrapolate(field)
-            self._sweep(self._jacobi, field, twin)
+            self._sweep(field, twin)
             weight = 1 / (1 - 0.5 * radius2) if sweep == 2 else 1 / (1 - 0.25 * radius2 * weight) if sweep > 2 else 1.0
             new = weight * (twin[:n, P] - before) + before
             change = np.abs(new - field[:n, P]).max()
@@ -290,26 +264,35 @@ class Fluid:
         self.velocity[:] = velocity
         return sweep
 
-    def response(self, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Change of the pressure (rows,) and of the wrench (owners, 6) by this acceleration (owners, 6) of the owners,
-        exact because the pressure update is linear in it."""
-        moving = np.flatnonzero(np.abs(acceleration).max(1) > 0)
+    def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes of the pressure (m, rows) and of the wrench (m, owners, 6) by each of these accelerations
+        (m, owners, 6) of the owners, exact because the pressure update is linear in them. Only the surroundings that a
+        motion of the owners can reach in a step take part."""
+        m, n, P = len(accelerations), self.count + self._solids, self.dim
+        if len(self._echoes) == 0 or self._echoes[0].shape[1] != P + m:
+            self._echoes = [np.zeros((len(self._field), P + m), self.dtype) for _ in range(2)]
         field, twin = self._echoes
-        n, P = self.count + self._solids, self.dim
         for rows in (field, twin):
             rows[:n, :P] = self._field[:n, :P]
-            rows[:n, P] = 0.0
-        self._set_fall(acceleration, np.zeros_like(self._twist), 0.0)
-        self._box(moving)
+            rows[:n, P:] = 0.0
+        lift = np.zeros((self._solids, m), self.dtype)
+        self._set_lift(accelerations, np.zeros_like(self._twist), 0.0, lift)
+        low, high = self._box_of(np.flatnonzero(np.abs(accelerations).max((0, 2)) > 0))
         reach = 2 * self.scene.smoothing_length
-        for _ in range(self.scene.numerics.sweeps):
-            self._extrapolate(field, local=True)
-            self._grow_box(reach)
-            self._sweep(self._echo, field, twin)
-            self._grow_box(reach)  # as far as the boundary feels the fluid that has changed
+        extrapolation = boundary.make_extrapolation(self.lanes, P, m, everywhere=False)
+        echo = sweeps.make_echo(self.lanes, P, m)
+        near, shore = self._near, self._boundary_near
+        for sweep in range(self.scene.numerics.sweeps + 1):
+            self.team.run(
+                extrapolation, shore.bounds, shore.groups, self.count, field, self._shepard, lift, self.k, low, high
+            )
+            if sweep == self.scene.numerics.sweeps:
+                break
+            low, high = low - reach, high + reach
+            self.team.run(echo, near.bounds, near.groups, field, twin, self._coefficients, self.k, low, high)
+            low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
             field, twin = twin, field
-        self._extrapolate(field, local=True)
-        return field[:n, P].copy(), self.wrench(field)
+        return np.ascontiguousarray(field[:n, P:].T), self._wrenches(field, m)
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""
@@ -335,63 +318,66 @@ class Fluid:
         """How much the last sweep changed the pressure, as a share of its largest value."""
         n, P = self.count, self.dim
         last = self._twin if self.scene.numerics.sweeps > 1 else self._trial
-        change = np.abs(self._field[:n, P] - last[:n, P]).max(initial=0.0)
-        return float(change / max(np.abs(self._field[:n, P]).max(initial=0.0), 1e-300))
+        largest = float(np.abs(self._field[:n, P]).max(initial=0.0))
+        return float(np.abs(self._field[:n, P] - last[:n, P]).max(initial=0.0)) / largest if largest > 0 else 0.0
 
-    def wrench(self, field=None, viscous: bool = False, walls: bool = False) -> np.ndarray:
+    def wrench(self, viscous: bool = False, walls: bool = False) -> np.ndarray:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
-        out = np.zeros((self.owners, 6))
-        near, b = self._boundary_near, self._solids
-        if b == 0:
-            return out
-        rows = self._field if field is None else field
-        self.team.run(
-            self._force, near.bounds, near.groups, self.count, rows, self._sorted_owner[:b], 0 if walls else 1,
-            self._pressure_force, self.k,
-        )  # fmt: skip
-        forces = [self._pressure_force] + ([self._viscous_force] if viscous else [])
-        for force in forces:
-            boundary.wrenches(
-                self._sorted_boundary[:b], force[:b], self._sorted_owner[:b], self._plane(self._centre), out
-            )
-        return out
+        wrench = self._wrenches(self._field, 1, least=0 if walls else 1)[0]
+        if viscous and self._solids:
+            self._add_wrenches(self._viscous_force, wrench)
+        return wrench
+
+    def _wrenches(self, rows: np.ndarray, columns: int, least: int = 1) -> np.ndarray:
+        """Wrenches (m, owners, 6) of the pressures in the columns of `rows`."""
+        wrench = np.zeros((columns, self.owners, 6))
+        if self._solids:
+            if len(self._pressure_force) < columns:
+                self._pressure_force = np.zeros((columns, len(self.boundary), self.dim))
+            near = self._boundary_near
+            self.team.run(
+                boundary.make_force(self.lanes, self.dim, columns), near.bounds, near.groups, self.count, rows,
+                self._sorted_owner[: self._solids], least, self._pressure_force, self.k,
+            )  # fmt: skip
+            for force, total in zip(self._pressure_force, wrench, strict=False):
+                self._add_wrenches(force, total, least)
+        return wrench
+
+    def _add_wrenches(self, force: np.ndarray, wrench: np.ndarray, least: int = 0) -> None:
+        b = self._solids
+        boundary.wrenches(
+            self._sorted_boundary[:b], force[:b], self._sorted_owner[:b], self._plane(self._centre), least, wrench
+        )
 
     def _plane(self, points: np.ndarray) -> np.ndarray:
         """Points (o, 3) in the axes of the fluid."""
         return np.ascontiguousarray(points[:, [0, 2]] if self.dim == 2 else points)
 
-    def _set_fall(self, acceleration, twist, gravity) -> None:
+    def _set_lift(self, accelerations, twist, gravity, lift) -> None:
         b = self._solids
-        _fall(
-            self._sorted_boundary[:b], self._sorted_owner[:b], self._centre, acceleration, twist, gravity,
-            self._fall_values,
+        boundary.lift_of(
+            self._sorted_boundary[:b], self._sorted_owner[:b], self._centre, accelerations, twist, gravity,
+            self.scene.fluid.density, self._shepard[:b], lift,
         )  # fmt: skip
 
-    def _extrapolate(self, rows, local: bool = False) -> None:
+    def _extrapolate(self, rows) -> None:
         if self._solids:
-            near = self._boundary_near
+            near, nowhere = self._boundary_near, np.zeros(self.dim)
             self.team.run(
-                self._local_extrapolation if local else self._extrapolation, near.bounds, near.groups, self.count, rows,
-                self._shepard, self._fall_values, self.k, self._low, self._high,
+                self._extrapolation, near.bounds, near.groups, self.count, rows, self._shepard, self._lift, self.k,
+                nowhere, nowhere,
             )  # fmt: skip
 
-    def _sweep(self, kernel_, field, new) -> None:
+    def _sweep(self, field, new) -> None:
         near = self._near
-        self.team.run(
-            kernel_, near.bounds, near.groups, field, new, self._coefficients, self.k, self._low, self._high
-        )
+        self.team.run(self._jacobi, near.bounds, near.groups, field, new, self._coefficients, self.k)
 
-    def _box(self, owners) -> None:
-        """Set the box of the local sweeps around the boundary particles of these owners."""
-        chosen = np.isin(self._sorted_owner[: self._solids], owners)
-        points = self._sorted_boundary[: self._solids][chosen] - self.grid.lower
-        if len(points):
-            self._low, self._high = points.min(0), points.max(0)
-        else:
-            self._low, self._high = np.full(self.dim, np.inf), np.full(self.dim, -np.inf)
-
-    def _grow_box(self, reach: float) -> None:
-        self._low, self._high = self._low - reach, self._high + reach
+    def _box_of(self, owners) -> tuple[np.ndarray, np.ndarray]:
+        """The box around the boundary particles of these owners, relative to the grid; an empty one without any."""
+        points = self._sorted_boundary[: self._solids][np.isin(self._sorted_owner[: self._solids], owners)]
+        if len(points) == 0:
+            return np.full(self.dim, np.inf), np.full(self.dim, -np.inf)
+        return points.min(0) - self.grid.lower, points.max(0) - self.grid.lower
 
     @property
     def nbytes(self) -> int:

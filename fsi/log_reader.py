@@ -101,9 +101,9 @@ def _whole(data: bytes) -> int:
     while end + 9 <= len(data):
         after = end + 9 + struct.unpack_from("<Q", data, end + 1)[0]
         if after > len(data):
-            return end
+            break
         end = after
-    return len(data)  # the closing magic bytes, or less of them, are left
+    return len(data) if data[end:] == MAGIC else end
 
 
 def _sort_in(raw: _Raw, channel: Channel, message: Message) -> None:

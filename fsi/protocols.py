@@ -101,8 +101,9 @@ class FluidLoads(Protocol):
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration of the bodies; the wrench (b, 6) of the fluid on them."""
 
-    def response(self, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Linear change of the pressure field (an opaque array) and of the wrench (b, 6) per this acceleration."""
+    def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Linear changes of the pressure (m opaque arrays) and of the wrench (m, b, 6) by each of these accelerations
+        (m, b, 6)."""
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""
@@ -121,7 +122,7 @@ class Frame:
     """What a recorder sees at one instant; arrays are views, valid until the next step.
 
     Scalars are named as in the run folder (`fsi.series`). Particles: position (n, dim), velocity (n, dim),
-    pressure (n,), in no fixed order. Boundary: pressures and positions of the solids' particles are not drawn.
+    pressure (n,), in no fixed order.
     """
 
     time: float
@@ -131,8 +132,6 @@ class Frame:
     position: np.ndarray | None = None
     velocity: np.ndarray | None = None
     pressure: np.ndarray | None = None
-    body_position: np.ndarray | None = None  # (b, 3) centre of mass
-    body_quaternion: np.ndarray | None = None  # (b, 4) wxyz
 
 
 class Recorder(Protocol):

@@ -5,6 +5,8 @@ Timelines: `sim_time`, `step`, `wall_time`. Two-dimensional scenes are drawn at 
 
 from __future__ import annotations
 
+import errno
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +18,11 @@ from fsi.scene import Scene
 from fsi.scene_check import fluid_depth
 from fsi.series import SERIES, column_names, describe, labels
 
-rr = require("rerun", "viewer", "the timeline (output.timeline)")
-rrb = require("rerun.blueprint", "viewer", "the timeline (output.timeline)")
+rr = require("rerun", "viewer", "output.timeline = true")
+rrb = require("rerun.blueprint", "viewer", "output.timeline = true")
 
 BUFFERED_FRAMES = 50  # series frames that are written together; one by one they cost 0.1 ms each
+LEAST_FREE = 2**20  # bytes on the disk, under which it counts as full
 ARROW = 0.3  # length of a wrench arrow, in depths of the fluid, for a force that is the weight of the heaviest body
 
 ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
@@ -59,6 +62,8 @@ class TimelineRecorder:
             self._write_series()
 
     def particles(self, frame: Frame) -> None:
+        if shutil.disk_usage(self._path.parent).free < LEAST_FREE:  # rerun itself would only print that
+            raise OSError(errno.ENOSPC, "no space left", str(self._path))
         self._write_series()
         self._set_time(frame.time, frame.step, frame.wall_time)
         speed = self._scene.output.colour == "speed"

@@ -75,6 +75,8 @@ def load_run(path: str | Path):
     from fsi.log_reader import read_log
 
     manifest = read_manifest(path)
+    if not Path(path, "run.mcap").exists():
+        raise SceneError(f"{path} has no log", fix="run the scene with output.mcap = true")
     log = read_log(Path(path, "run.mcap"))
     dataset = xarray.Dataset(attrs=_attributes(manifest, log))
     dataset["time"] = "time", log.time, {"units": "s", "long_name": "simulated time"}

@@ -28,6 +28,8 @@ from pydantic import (
 def _locate(path: str | Path, info: ValidationInfo) -> Path:
     """The absolute path: `package://NAME/...` lies in that installed package, a relative path in the folder of the
     scene file, or in the working directory for a scene that was made in Python."""
+    if not isinstance(path, str | Path):
+        raise ValueError(f"{path!r} should be a path")
     if str(path).startswith("package://"):
         package, _, rest = str(path).removeprefix("package://").partition("/")
         spec = find_spec(package) if package.isidentifier() else None

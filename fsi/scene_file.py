@@ -8,13 +8,13 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from importlib.util import find_spec
 from pathlib import Path
-from typing import get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from fsi.errors import SceneError
 from fsi.scene import Scene
 from fsi.scene_check import check_scene
+from fsi.scene_faults import fault_lines
 from fsi.toml_text import dumps
 
 HEADER = "# Every value of the scene, defaults included: running this file gives the same run again.\n\n"
@@ -37,7 +37,7 @@ def load_scene(source: str | Path | Scene, overrides: Iterable[str] = ()) -> Sce
     try:
         scene = Scene.model_validate(data, context={"folder": folder})
     except ValidationError as errors:
-        raise SceneError("\n".join(_faults(errors, data, label))) from None
+        raise SceneError("\n".join(fault_lines(errors, data, label))) from None
     check_scene(scene, file=label)
     return scene
 
@@ -104,69 +104,3 @@ def _typed(text: str):
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
-
-
-def _faults(errors: ValidationError, data: dict, label: str) -> list[str]:
-    lines = []
-    for error in errors.errors(include_url=False):
-        place = _place(error["loc"], data)
-        fault, fix = _explain(error, place)
-        lines.append(str(SceneError(fault, key=_key(place), file=label, fix=fix)))
-    return lines
-
-
-def _place(loc: tuple, data) -> list:
-    """The steps of `loc` that are in the file: pydantic also lists the branch that it took in a union."""
-    place = []
-    for n, step in enumerate(loc):
-        inside = step in data if isinstance(data, dict) else isinstance(data, list) and isinstance(step, int)
-        if inside:
-            data = data[step]
-        if inside or n == len(loc) - 1:
-            place.append(step)
-    return place
-
-
-def _key(place: list) -> str:
-    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
-
-
-def _explain(error: dict, place: list) -> tuple[str, str]:
-    """Fault and fix of one pydantic error, in the scene's terms."""
-    kind, given, context = error["type"], error["input"], error.get("ctx", {})
-    if kind == "extra_forbidden":
-        known = _known_keys(place[:-1])
-        close = get_close_matches(str(place[-1]), known, n=1)
-        return "unknown key", f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-    if kind == "missing":
-        return "missing", "add it"
-    if kind == "literal_error":
-        allowed = re.findall(r"'([^']*)'|(\d+)", context["expected"])
-        allowed = [text or number for text, number in allowed]
-        close = get_close_matches(str(given), allowed, n=1)
-        fix = f"did you mean {close[0]}?" if close else "use one of them"
-        return f"{given!r} is not one of {', '.join(allowed)}", fix
-    if kind == "union_tag_invalid":
-        return f"{context['tag']!r} is not one of {context['expected_tags']}".replace("'", ""), "use one of them"
-    if kind in ("value_error", "assertion_error"):
-        fault, _, fix = error["msg"].partition(", ")[2].partition("; ")
-        return fault, fix
-    message = error["msg"].replace("Input should", "should").replace("Tuple", "it").replace("List", "it")
-    shown = f"{given!r}" if not isinstance(given, dict) else "a table"
-    return f"{shown} {message}" if message.startswith("should") else f"{message}, not {shown}", ""
-
-
-def _known_keys(place: list) -> list[str]:
-    """The keys of the scene's part at `place`."""
-    parts = [Scene]
-    for step in place:
-        inner = [p for part in parts if step in part.model_fields for p in _parts(part.model_fields[step].annotation)]
-        parts = inner or parts
-    return sorted({key for part in parts for key in part.model_fields})
-
-
-def _parts(annotation) -> list[type[BaseModel]]:
-    """Every part of a scene that a type annotation names."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [part for inner in get_args(annotation) for part in _parts(inner)]

@@ -35,9 +35,10 @@ class BodyLoads:
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         return self.fluid.pressure(np.concatenate([self.others, acceleration]))[FIRST_BODY:] + self.carried
 
-    def response(self, acceleration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        field, wrench = self.fluid.response(np.concatenate([np.zeros_like(self.others), acceleration]))
-        return field, wrench[FIRST_BODY:]
+    def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        still = np.zeros((len(accelerations), *self.others.shape))
+        fields, wrenches = self.fluid.response(np.concatenate([still, accelerations], axis=1))
+        return fields, wrenches[:, FIRST_BODY:]
 
     def add(self, response: np.ndarray, factor: float) -> None:
         self.fluid.add(response, factor)

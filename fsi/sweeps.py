@@ -159,14 +159,13 @@ def make_source(lanes: int, dim: int):
 
 
 @cache
-def make_jacobi(lanes: int, dim: int, sourced: bool = True):
-    """One more Jacobi sweep, from the pressures of `field` into `new`; without source for the response to a motion of
-    the boundary, where only groups that touch the box `low` to `high` take part."""
+def make_jacobi(lanes: int, dim: int):
+    """One more Jacobi sweep, from the pressures of `field` into `new`."""
     L, DIM = lanes, dim
     P = dim
 
-    @compiled(lanes, dim, sourced)
-    def jacobi(counter, bounds, groups, field, new, coefficients, k, low, high):
+    @compiled(lanes, dim)
+    def jacobi(counter, bounds, groups, field, new, coefficients, k):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(L, field.dtype)
         while True:
@@ -176,8 +175,6 @@ def make_jacobi(lanes: int, dim: int, sourced: bool = True):
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                if not sourced and not touches(field, s, e, low, high):
-                    continue
                 x_i = own_vector(field, s, 0, L, DIM)
                 pull = zero(field, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
@@ -188,12 +185,46 @@ def make_jacobi(lanes: int, dim: int, sourced: bool = True):
                     pull = pull + laplacian_weight(f, r2, k.eta2) * other(field, j, P, L)
                 store(t_, 0, pull)
                 for i in range(s, e):
-                    p = k.laplacian_factor * t_[i - s]
-                    if sourced:
-                        p -= coefficients[i, SOURCE]
+                    p = k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]
                     new[i, P] = p / coefficients[i, DIAGONAL]
 
     return jacobi
+
+
+@cache
+def make_echo(lanes: int, dim: int, columns: int):
+    """The Jacobi sweep without source, for the response of the pressure to motions of the boundary: several columns of
+    pressures at once, in the groups that touch the box `low` to `high`."""
+    L, DIM, M = lanes, dim, columns
+    P = dim
+
+    @compiled(lanes, dim, columns)
+    def echo(counter, bounds, groups, field, new, coefficients, k, low, high):
+        offset, count, group, span, list_offset, lst = groups
+        t_ = np.empty(M * L, field.dtype)
+        while True:
+            c = claim(counter)
+            if c >= bounds.size - 1:
+                break
+            base = list_offset[c]
+            for g in range(offset[c], offset[c] + count[c]):
+                s, e = group[g], group[g + 1]
+                if not touches(field, s, e, low, high):
+                    continue
+                x_i = own_vector(field, s, 0, L, DIM)
+                pull = zero_vector(field, L, M)
+                for n in range(base + span[g, 0], base + span[g, 2]):
+                    j = at(lst, n)
+                    x_ij = x_i - other_vector(field, j, 0, L, DIM)
+                    r2 = dot(x_ij, x_ij)
+                    f = slope(closeness(r2, k.inverse_support))
+                    pull = pull + laplacian_weight(f, r2, k.eta2) * other_vector(field, j, P, L, M)
+                store(t_, 0, pull)
+                for i in range(s, e):
+                    for m in range(M):
+                        new[i, P + m] = k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
+
+    return echo
 
 
 @register_jitable

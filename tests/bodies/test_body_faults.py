@@ -110,6 +110,12 @@ def test_ground_meshes(tmp_path):
     trimesh.Trimesh(box.vertices, box.faces[:-1]).export(tmp_path / "open.stl")
     with pytest.raises(SceneError, match=r"open.stl: mesh is not watertight \(3 open edges\); repair it"):
         mesh_solid(tmp_path / "open.stl", 3)
+    faces = box.faces.copy()
+    faces[0] = faces[0, ::-1]
+    trimesh.Trimesh(box.vertices, faces, process=False).export(tmp_path / "turned.stl")
+    with pytest.raises(SceneError, match=r"turned.stl: triangles face different ways \(across 3 edges\)"):
+        mesh_solid(tmp_path / "turned.stl", 3)
+    box.invert()
     box.apply_translation([0, 2, 0])
     box.export(tmp_path / "aside.stl")
     with pytest.raises(SceneError, match=r"aside.stl: does not meet the plane y = 0"):

@@ -1,5 +1,7 @@
 """Kinematics, energy, joints and state of a BodySet against finite differences and formulas."""
 
+import warnings
+
 import mujoco
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import trimesh
 
 from bodies import load
 from bodies.mjcf import mesh_arrays
+from fsi.errors import RunError
 from fsi.scene import BodyFile, Scene, Tank
 
 CHAIN = """
@@ -252,3 +255,14 @@ def test_models_that_come_with_the_project(name, dimension):
     still = np.zeros((len(bodies.names), 6))
     still[:, 2] = 9.81 * bodies.mass
     assert np.abs(bodies.advance(1e-3, still, np.zeros((nv, nv)), np.zeros(nv))).max() < 1
+
+
+def test_an_unstable_step_ends_the_run(make_bodies, tmp_path, monkeypatch):
+    """No silent restart, and no log file in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    bodies = make_bodies()
+    for force, message in ((np.nan, "not finite"), (1e30, "accelerate without bound")):
+        with warnings.catch_warnings(), pytest.raises(RunError, match=message):
+            warnings.simplefilter("ignore")
+            bodies.advance(1e-3, np.full((1, 6), force), np.zeros((6, 6)), np.zeros(6))
+    assert not list(tmp_path.glob("*.TXT"))

@@ -115,7 +115,8 @@ def test_thickness_of_a_thick_mesh_passes_for_thick():
 )
 def test_surface_distance_against_the_formula(shape, reference):
     dim = 2 if isinstance(reference, Box) and reference.half.size == 2 else 3
-    points = np.random.default_rng(1).uniform(-0.5 if dim == 3 else -2, 0.5 if dim == 3 else 2, (4000, dim))
+    reach = 0.3 if dim == 3 else 1.5
+    points = np.random.default_rng(1).uniform(-reach, reach, (4000, dim))
     assert shape.distance(points) == pytest.approx(reference.distance(points), abs=1e-3 if dim == 3 else 1e-12)
 
 

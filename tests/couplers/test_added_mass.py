@@ -134,13 +134,40 @@ def test_components_out_of_the_plane_cost_nothing(make_bodies, linear_fluid):
         assert fluid.solutions == solutions
 
 
-def test_noise_in_the_added_mass_does_no_harm(make_bodies, linear_fluid):
-    """A measured matrix is a little unsymmetrical and indefinite."""
+def test_an_unsymmetrical_added_mass_is_met_exactly(make_bodies, linear_fluid):
+    """As from a few sweeps of the pressure: the part that is not symmetrical does no work."""
     bodies = make_bodies(BALL)
-    rng = np.random.default_rng(3)
-    rank_one = np.outer(*[rng.normal(size=6)] * 2) * 1000 * bodies.mass[0]
-    fluid = linear_fluid(rank_one + rng.normal(size=(6, 6)) * 0.05 * bodies.mass[0], [1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+    skew = np.triu(np.random.default_rng(3).normal(size=(6, 6)), 1) * bodies.mass[0] * 30
+    fluid = linear_fluid(spread(6, bodies.mass[0], 100.0) + skew - skew.T, [100.0, 200.0, 300.0, 10.0, 20.0, 30.0])
     coupler = AddedMass(bodies)
     for _ in range(300):
+        motion = bodies.motion()
+        inertia, force = equation_of_motion(bodies, 1e-3)
+        jacobian = motion.jacobian[0]
+        total = inertia + jacobian.T @ fluid.matrix @ jacobian
+        exact = np.linalg.solve(total, force + jacobian.T @ (fluid.base[0] - fluid.matrix @ motion.bias[0]))
         coupler.step(fluid, bodies, 0.0, 1e-3)
-    assert np.abs(coupler.acceleration).max() < 10 and bodies.unsettled == 0
+        assert coupler.acceleration == pytest.approx(exact, abs=1e-4 * np.abs(exact).max())
+    assert bodies.unsettled == 0
+
+
+def test_noise_below_the_own_inertia_does_no_harm(make_bodies, linear_fluid):
+    """Added mass in one direction only, a thousand times the own mass, with noise that makes it indefinite."""
+    bodies = make_bodies(BALL)
+    rng = np.random.default_rng(3)
+    direction, noise = rng.normal(size=6), rng.normal(size=(6, 6)) * 0.005 * bodies.mass[0]
+    matrix = 1000 * bodies.mass[0] * np.outer(direction, direction) + noise + noise.T
+    fluid = linear_fluid(matrix, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+    coupler = AddedMass(bodies)
+    assert np.linalg.eigvalsh(fluid.matrix).min() < 0
+    for _ in range(300):
+        coupler.step(fluid, bodies, 0.0, 1e-3)
+    assert np.abs(coupler.acceleration).max() < 1 and bodies.unsettled == 0
+
+
+def test_fixed_walls_alone_need_no_exchange(make_bodies, linear_fluid, tmp_path):
+    """A body file may hold nothing but a wet ramp."""
+    wet = '</worldbody><custom><tuple name="wet"><element objtype="geom" objname="ramp"/></tuple></custom><worldbody>'
+    bodies = make_bodies(f'<geom name="ramp" type="box" size="1 1 0.2"/>{wet}')
+    wrench = AddedMass(bodies).step(linear_fluid(np.zeros((0, 0)), np.zeros((0, 6))), bodies, 0.0, 1e-3)
+    assert wrench.shape == (0, 6) and [owner for owner, _ in bodies.solids()] == [0]

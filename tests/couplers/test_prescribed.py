@@ -53,7 +53,7 @@ def test_table(make_bodies, linear_fluid, tmp_path):
     assert bodies.joints()["joint_velocity"] == pytest.approx([0.2 * np.sin(4.0)], abs=1e-3)
 
 
-def test_make_and_its_errors(make_bodies):
+def test_make_and_its_errors(make_bodies, tmp_path):
     bodies = make_bodies(FLAP)
     assert isinstance(make(CouplerSettings(), bodies), AddedMass)
     wave = Oscillation(amplitude=0.1, omega=1.0)
@@ -61,7 +61,11 @@ def test_make_and_its_errors(make_bodies):
         SceneError, match=r"run.toml: coupler.motion: no joint 'hing'; known hinge and slide joints: hinge"
     ):
         make(CouplerSettings(scheme="prescribed", motion={"hing": wave}), bodies, "run.toml")
-    with pytest.raises(SceneError, match="coupler.motion: no joint has a motion; add"):
+    with pytest.raises(SceneError, match=r"coupler.motion: no joint has a motion; add"):
         make(CouplerSettings(scheme="prescribed"), bodies)
-    with pytest.raises(SceneError, match="coupler.motion: has no effect with this scheme; set"):
+    file = tmp_path / "late.csv"
+    file.write_text("time,angle\n0,0.3\n1,0.2\n2,0.3\n")
+    with pytest.raises(SceneError, match=r"coupler.motion.hinge: starts at 0.3 where the body file has the joint at 0"):
+        make(CouplerSettings(scheme="prescribed", motion={"hinge": MotionTable(file=file)}), bodies)
+    with pytest.raises(SceneError, match=r"coupler.motion: has no effect with this scheme; set"):
         make(CouplerSettings(motion={"hinge": wave}), bodies)

@@ -97,6 +97,15 @@ def test_unstable_run_exits_with_1_and_stays_readable(here, solver):
     assert data.attrs["log_complete"] == 1
 
 
+def test_full_disk_exits_with_1(here, solver):
+    (here / "full").mkdir()
+    (here / "full/run.mcap").symlink_to("/dev/full")
+    result = command("run", "small.toml", "--out", "full", "--quiet")
+    message = "the disk is full: the log could not be written; what came before can be read"
+    assert (result.exit_code, result.stderr) == (1, message + "\n")
+    assert manifest(here / "full")["status"] == "failed"
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_ends_the_run_after_its_step(here, solver, number, monkeypatch):
     series = solver.run

@@ -1,6 +1,7 @@
 """The log of record: everything that goes in comes back, also after a kill; the dataset states its units."""
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from stand_in import frame
 from fsi import load_run
 from fsi.errors import RunError, SceneError
 from fsi.log_reader import read_log
-from fsi.record import Background
+from fsi.record import Background, open_recorders
 from fsi.record_mcap import McapRecorder
 from fsi.run_folder import RunFolder, export
+from fsi.scene_file import load_scene
 from fsi.series import SERIES
 
 STEPS = 300
@@ -82,6 +84,15 @@ def test_killed_run_keeps_all_but_its_last_chunk(run, kept):
     np.testing.assert_array_equal(elevation[:-1, 0], log.time[:-1])
 
 
+def test_kill_may_fall_anywhere(run):
+    path = run / "run.mcap"
+    data = path.read_bytes()
+    whole = len(read_log(path).time)
+    for cut in [*range(1, 60), *range(60, 1500, 97)]:
+        path.write_bytes(data[:-cut])
+        assert len(read_log(path).time) == whole  # the index at the end is longer than that
+
+
 def test_log_is_on_disk_while_the_run_goes_on(scene, tmp_path):
     path = tmp_path / "run.mcap"
     recorder = McapRecorder(path)
@@ -137,6 +148,17 @@ def test_export(run):
 def test_what_is_no_run(tmp_path):
     with pytest.raises(SceneError, match="holds no run; give the folder"):
         load_run(tmp_path)
+
+
+def test_missing_package_is_named_with_its_install_command(scene, tmp_path, monkeypatch):
+    monkeypatch.delitem(sys.modules, "fsi.record_timeline", raising=False)
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    with pytest.raises(SceneError) as caught:
+        open_recorders(load_scene(scene, ["output.timeline=true"]), tmp_path)
+    assert str(caught.value) == (
+        "output.timeline = true needs the package 'rerun', which is not installed; "
+        "install it with: pip install 'spindrift[viewer]'"
+    )
 
 
 def test_full_disk_ends_the_run(scene):

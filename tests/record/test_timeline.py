@@ -1,5 +1,7 @@
 """The timeline: what is in the recording, by name, and that its colours mean the same in every frame."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from stand_in import frame
@@ -46,6 +48,15 @@ def test_everything_is_on_the_timeline(chunks):
 def test_timelines_are_ours_alone(chunks):
     names = {name for chunk in chunks["/world/fluid"] for name in chunk.timeline_names}
     assert names == {"sim_time", "step", "wall_time"}
+
+
+def test_full_disk_is_told(scene, tmp_path, monkeypatch):
+    recorder = TimelineRecorder(tmp_path / "run.rrd")
+    recorder.begin(scene, None)
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
+    with pytest.raises(OSError, match="no space left"):
+        recorder.particles(frame(0, bodies=False))
+    recorder.end()
 
 
 def test_colours_have_one_range(scene):

@@ -28,12 +28,12 @@ FAULTS = {
         ],
     ),
     "unknown kind of waves": (
-        '[waves]\nkind = "irregullar"',
-        ["pool.toml: waves: irregullar is not one of regular, table; use one of them"],
+        '[waves]\nkind = "regulr"',
+        ["pool.toml: waves: the kind 'regulr' is not one of regular, table; did you mean regular?"],
     ),
     "not a number": (
         '[gauges.near]\nx = "left"',
-        ["pool.toml: gauges.near.x: 'left' should be a valid number, unable to parse string as a number"],
+        ["pool.toml: gauges.near.x: 'left' should be a number"],
     ),
     "dimension": (
         "[probes.p]\nposition = [1.0, 0.0, 0.1]",
@@ -86,6 +86,26 @@ def fault_of(*arguments) -> list[str]:
 @pytest.mark.parametrize("added, lines", FAULTS.values(), ids=FAULTS)
 def test_fault_is_told(scene_file, added, lines):
     assert fault_of(scene_file(added)) == lines
+
+
+@pytest.mark.parametrize(
+    "override, line",
+    [
+        ("tank=5", "tank: 5 should be a table"),
+        ("tank.min=3", "tank.min: 3 should be a list"),
+        ("tank.min=[1]", "tank.min: [1] should have at least 2 items"),
+        ("waves=5", "waves: 5 should be a table"),
+        ("coupler.motion.hinge=3", "coupler.motion.hinge: 3 should be a table"),
+        ("numerics.sweeps=2.5", "numerics.sweeps: 2.5 should be a whole number"),
+        ("output.mcap=maybe", "output.mcap: 'maybe' should be true or false"),
+        ("tank.bathymetry=3", "tank.bathymetry: 3 should be a path"),
+        ("spacing=inf", "spacing: inf should be a finite number"),
+        ("dimension=4", "dimension: 4 is not one of 2, 3; use one of them"),
+        ("name=a b", r"name: 'a b' should match pattern '^[\w.-]+$'"),
+    ],
+)
+def test_wrong_type_is_told_in_words_of_the_file(scene_file, override, line):
+    assert f"pool.toml: {line}" in fault_of(scene_file(), [override])
 
 
 def test_box_the_wrong_way_round(scene_file):
