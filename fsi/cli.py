@@ -91,11 +91,12 @@ def check(scene: Scene | str | Path, *, until: float | None = None, overrides: I
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
     seconds), `warnings` and `notes`. Raises SceneError where the input is wrong."""
     scene, label = _load(scene, overrides, until)
-    bodies, _, _ = _bind(scene, label)
-    from fsi.layout import estimate
+    bodies, _, ground = _bind(scene, label)
+    from fsi.estimate import estimate
 
-    notes = list(bodies.notes) if bodies else []
-    return {"scene": scene, "estimate": estimate(scene, bodies), "warnings": scene_warnings(scene), "notes": notes}
+    cost = estimate(scene, bodies, ground)
+    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    return {"scene": scene, "estimate": cost, "warnings": scene_warnings(scene), "notes": notes}
 
 
 def main() -> None:

@@ -65,7 +65,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     low = np.array(scene.tank.min) - margin
     low[0] -= piston_reach(scene)
     high = np.array(scene.tank.max) + margin
-    notes = tuple(_off_lattice(scene)) + (bodies.notes if bodies else ())
+    notes = tuple(_off_lattice(scene))
     return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes)
 
 

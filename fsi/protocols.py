@@ -53,8 +53,10 @@ class BodySet(Protocol):
     names: tuple[str, ...]  # wet bodies, in the order of the owners of their boundary particles
     joint_names: tuple[str, ...]  # hinge and slide joints, in the order of the joint series
     joint_is_rotary: tuple[bool, ...]  # True where the joint is a hinge (rad, N m), False for a slide (m, N)
+    joint_dof: np.ndarray  # (joints,) index of each of these joints in qvel and in joint accelerations (nv,)
     mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
-    notes: tuple[str, ...]  # what was decided for the user: substeps, implicit springs, thickened plates
+    dimension: int  # in two dimensions the fluid acts on x, z and pitch alone
+    notes: tuple[str, ...]  # what was decided for the user so far: substeps, implicit springs, thin plates
 
     def solids(self) -> list[tuple[int, Solid]]:
         """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""

@@ -70,7 +70,7 @@ class Simulation:
         )
         self.books = Books(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
-        self.warnings = list(layout.notes)
+        self._notes = list(layout.notes)
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
         self._started_with = self.fluid.count
@@ -198,13 +198,18 @@ class Simulation:
             (recorder.series if stream == "series" else recorder.particles)(frame)
 
     @property
+    def warnings(self) -> list[str]:
+        """What the user should know of this run so far."""
+        return self._notes + list(self.bodies.notes if self.bodies else ())
+
+    @property
     def threads(self) -> int:
         return self.team.threads
 
     @property
     def counts(self) -> dict[str, int]:
         """Particles by kind; `body` holds the wavemaker and the bodies."""
-        walls = self.fluid.of_owner(0).stop
+        walls = int(self.fluid.of_owner(0).stop)
         return {"fluid": self.fluid.count, "wall": walls, "body": len(self.fluid.owner) - walls}
 
     @property

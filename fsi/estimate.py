@@ -1,0 +1,44 @@
+"""What a run will cost, before it is started."""
+
+from __future__ import annotations
+
+import math
+
+from fsi.layout import build
+from fsi.protocols import BodySet, Solid
+from fsi.scene import Scene
+from fsi.threads import available_threads
+from fsi.timestep import TimeStep
+
+# One thread of a 2025 server processor, measured with `fsi run still_water` and single-precision sweeps:
+# nanoseconds per particle and step, and for each pressure sweep in it; bytes per particle.
+STEP, SWEEP, BYTES = {2: 130.0, 3: 500.0}, {2: 25.0, 3: 77.0}, {2: 270, 3: 480}
+DOUBLE = 1.35  # time and memory of double-precision sweeps over single
+BODIES = 1.3  # time of a step with bodies over one without
+
+
+def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
+    """Particles by kind (`fluid`, `wall`, `body`), `memory_bytes`, `time_step` [s], `steps` and `seconds` of wall time
+    on all processors of this machine, the last three within a factor of about two, and the `notes` of the layout.
+    Raises SceneError as `build`."""
+    layout = build(scene, bodies, ground)
+    fluid, boundary = len(layout.position), len(layout.owner)
+    walls = int((layout.owner == 0).sum())
+    limits = TimeStep(scene, layout.depth)
+    falling = 1.0 if scene.fluid.blocks else 0.1  # speed over that of a fall through the depth
+    time_step = limits.choose(falling * math.sqrt(2 * scene.gravity * layout.depth), scene.gravity)
+    steps = math.ceil(scene.duration / time_step)
+    dim, numerics = scene.dimension, scene.numerics
+    work = (STEP[dim] + SWEEP[dim] * numerics.sweeps) * (fluid + 0.4 * boundary) * 1e-9
+    work *= (BODIES if bodies else 1.0) * (DOUBLE if numerics.precision == "double" else 1.0)
+    size = BYTES[dim] * (DOUBLE if numerics.precision == "double" else 1.0)
+    return {
+        "fluid": fluid,
+        "wall": walls,
+        "body": boundary - walls,
+        "memory_bytes": int(size * (fluid + boundary)),
+        "time_step": time_step,
+        "steps": steps,
+        "notes": layout.notes,
+        "seconds": steps * (work / available_threads() + 5e-4 * (2 if bodies else 1)),
+    }

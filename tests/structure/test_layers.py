@@ -1,0 +1,93 @@
+"""Packages import only what the design lets them, and a scene loads and compiles only what it uses."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FORBIDDEN = {
+    "fsi": {"bodies", "couplers", "cases"},
+    "bodies": {"couplers", "cases"},
+    "couplers": {"bodies", "cases"},
+    "cases": set(),
+}
+SHELL = {"fsi/cli.py", "fsi/commands.py", "fsi/__main__.py"}  # binds everything, lazily
+ONE_MODULE = {"mcap": 2, "rerun": 1, "mujoco": 99, "trimesh": 99}  # modules of fsi that may import it; 99: none
+
+
+def imports(path):
+    """Names of the modules that a file imports, with the line."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or "", node.lineno
+            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+
+
+FILES = [path for package in FORBIDDEN for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_layers(path):
+    name = str(path.relative_to(ROOT))
+    if name not in SHELL:
+        bad = [f"{name}:{line}" for module, line in imports(path) if module.split(".")[0] in FORBIDDEN[name.split("/")[0]]]
+        assert not bad
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_package_reaches_for_anothers_private_names(path):
+    package = path.relative_to(ROOT).parts[0]
+    for module, line in imports(path):
+        parts = module.split(".")
+        if parts[0] in FORBIDDEN and parts[0] != package:
+            assert not any(part.startswith("_") for part in parts), f"{path}:{line}"
+
+
+def test_heavy_packages_are_imported_in_few_modules():
+    importers = {name: set() for name in ("mcap", "rerun", "mujoco", "trimesh")}
+    for path in (ROOT / "fsi").rglob("*.py"):
+        for module, _ in imports(path):
+            if module.split(".")[0] in importers:
+                importers[module.split(".")[0]].add(path.name)
+    assert not importers["mujoco"] | importers["trimesh"]
+    assert len(importers["rerun"]) <= 1 and len(importers["mcap"]) <= 2
+
+
+BARE = """
+import sys
+import fsi
+from fsi import boundary, sweeps
+from fsi.simulation import Simulation
+
+scene = fsi.Scene(
+    spacing=0.05, duration=0.05, tank={"min": (0, -0.5), "max": (1, 0.5)},
+    numerics={"viscosity": "none", "artificial_viscosity": 0, "wall_guard": 0},
+    output={"series": 0, "particles": 0},
+)
+sim = Simulation(scene, threads=1)
+sim.run()
+heavy = {"mujoco", "trimesh", "rerun", "mcap", "google", "typer", "rich", "xarray", "matplotlib", "pandas"}
+assert not heavy & set(sys.modules), heavy & set(sys.modules)
+assert not {"bodies", "couplers", "cases"} & set(sys.modules)
+
+fluid = sim.fluid
+used = {fluid._predictor, fluid._source, fluid._jacobi, fluid._corrector, fluid._weights, fluid._extrapolation}
+assert all(len(kernel.signatures) == 1 for kernel in used)
+assert fluid._predictor is sweeps.make_predictor(8, 2, False, False)  # no viscosity of either kind
+assert fluid._corrector is sweeps.make_corrector(8, 2, False, False)  # no guard, no sponge
+assert fluid._weights is boundary.make_weights(8, 2, False)
+for factory, made in ((sweeps.make_predictor, 1), (sweeps.make_corrector, 1), (sweeps.make_echo, 0),
+                      (boundary.make_weights, 1), (boundary.make_extrapolation, 1), (boundary.make_force, 0)):
+    assert factory.cache_info().currsize == made, factory
+assert fluid._echoes == []
+"""
+
+
+def test_a_bare_scene_imports_and_compiles_only_what_it_uses():
+    done = subprocess.run([sys.executable, "-c", BARE], capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
