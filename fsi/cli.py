@@ -56,7 +56,7 @@ def run(
     """
     scene, label = _load(scene, overrides, until)
     say = _silent if quiet else _say
-    bodies, coupler, ground = _bind(scene, label)
+    bodies, coupler, ground = bind(scene, label)
     for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
         say(line)
     folder = RunFolder.choose(scene, out)
@@ -91,12 +91,28 @@ def check(scene: Scene | str | Path, *, until: float | None = None, overrides: I
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
     seconds), `warnings` and `notes`. Raises SceneError where the input is wrong."""
     scene, label = _load(scene, overrides, until)
-    bodies, _, ground = _bind(scene, label)
+    bodies, _, ground = bind(scene, label)
     from fsi.estimate import estimate
 
     cost = estimate(scene, bodies, ground)
     notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
     return {"scene": scene, "estimate": cost, "warnings": scene_warnings(scene), "notes": notes}
+
+
+def validate(
+    names: Iterable[str] = (),
+    *,
+    levels: Iterable[str] = (),
+    solvers: Iterable[str] = (),
+    out: str | Path | None = None,
+    threads: int | None = None,
+    quiet: bool = False,
+):
+    """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.validate`."""
+    from cases.validation.validate import validate as run_all
+
+    say = _silent if quiet else _say
+    return run_all(tuple(names), levels=tuple(levels), solvers=tuple(solvers), out=out, threads=threads, say=say)
 
 
 def main() -> None:
@@ -113,7 +129,7 @@ def _load(source: Scene | str | Path, overrides: Iterable[str], until: float | N
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
 
 
-def _bind(scene: Scene, label: str) -> tuple:
+def bind(scene: Scene, label: str) -> tuple:
     """The bodies, the coupler and the ground of a scene, each None where it has none."""
     bodies = coupler = ground = None
     if scene.bodies:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from rich.console import Console
 
 from fsi import cli
 from fsi.errors import RunError, SceneError
@@ -144,3 +145,35 @@ def cases(as_json: AsJson = False) -> None:
         width = max(map(len, scenes), default=0)
         for name, description in scenes.items():
             print(f"{name:{width}}  {description}")
+
+
+@app.command()
+def validate(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[CASE]...", help="Cases, or patterns such as 'still_*'; all if none.")
+    ] = None,
+    level: Annotated[
+        list[str] | None,
+        typer.Option(metavar="coarse|medium|paper", help="Resolution; coarse if none. Repeatable."),
+    ] = None,
+    solver: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Variant of the numerics; the default if none. Repeatable.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of rows, plots and VALIDATION.md.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the solver against exact answers and experiments."""
+    with exit_codes():
+        result = cli.validate(
+            names or (), levels=level or (), solvers=solver or (), out=out, threads=threads, quiet=quiet
+        )
+        if as_json:
+            print(json.dumps([row.as_dict() for row in result.rows]))
+        else:
+            for part in result.tables():
+                Console().print(part)
+            print(f"written to {result.report}")
+        if result.failures:
+            raise RunError("\n".join(result.failures))

@@ -13,7 +13,7 @@ from numba import njit
 from fsi import boundary, kernel, sweeps
 from fsi.cells import CellSort, Grid, whole
 from fsi.lanes import claim
-from fsi.layout import FIRST_BODY, Layout
+from fsi.layout import Layout
 from fsi.neighbours import Neighbours
 from fsi.scene import Scene
 from fsi.threads import Team
@@ -122,7 +122,7 @@ class Fluid:
         self.boundary_velocity = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
         self.lost = 0
-        self.zones = np.array([(z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 3)
+        self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
         self._sort = CellSort(self.grid, len(self.position), team)

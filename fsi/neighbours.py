@@ -19,7 +19,7 @@ from numba.extending import register_jitable
 from fsi.cells import CellSort
 from fsi.compiled import helper, kernel
 from fsi.errors import RunError
-from fsi.lanes import append, at, bits_below, claim, consecutive, count_bits, load, maximum, minimum, other, store, zero
+from fsi.lanes import append, at, bits_below, claim, consecutive, count_bits, load, maximum, minimum, other
 from fsi.threads import Team, chunk_bounds
 
 RUN = 16  # particles that share candidates

@@ -118,11 +118,12 @@ Waves = Annotated[
 
 
 class DampingZone(Part):
-    """Sponge from x = `start` to `end` [m]: velocities decay at a rate [1/s] that grows to `rate` as the square of the
-    distance into it."""
+    """Sponge across the tank from `start`, where it begins, to `end` [m] along `axis`: velocities decay at a rate [1/s]
+    that grows to `rate` as the square of the distance into it. With end below start it faces the other way."""
 
     start: Number
     end: Number
+    axis: Literal["x", "y"] = "x"
     rate: Positive = 10.0
 
 
@@ -187,7 +188,7 @@ class Numerics(Part):
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
     wall_guard: NonNegative = 0.8  # distance [spacing] under which a wall stops an approaching particle
-    mach: Annotated[float, Field(gt=0, le=1)] = 0.4  # sqrt(g depth) over the numerical sound speed
+    mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
     max_time_step: Positive | None = None  # [s]
     fixed_time_step: Positive | None = None  # [s]; switches the adaptive step off
@@ -197,7 +198,7 @@ class Output(Part):
     """What is logged and how often."""
 
     series: NonNegative = 0.01  # time series: bodies, joints, gauges, probes, energies [s]; 0 is off
-    particles: NonNegative = 0.05  # particle snapshots on the timeline [s]; 0 is off
+    particles: NonNegative = 0.1  # particle snapshots on the timeline [s]; 0 is off
     colour: Literal["pressure", "speed"] = "pressure"
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd

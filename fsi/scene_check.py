@@ -97,10 +97,14 @@ def _positions(scene: Scene) -> Iterator[Fault]:
         if _overlap(a, b):
             yield f"fluid.blocks[{n}]", f"overlaps fluid.blocks[{m}]", "let blocks touch but not overlap"
     for n, zone in enumerate(scene.damping):
-        if zone.start >= zone.end:
-            yield f"damping[{n}]", f"start {zone.start:g} m is not below end {zone.end:g} m", "swap or move them"
-        elif zone.start < tank.min[0] or zone.end > tank.max[0]:
-            fault = f"x = {zone.start:g} to {zone.end:g} m leaves the tank, x = {tank.min[0]:g} to {tank.max[0]:g} m"
+        axis = "xy".index(zone.axis)
+        if zone.axis == "y" and scene.dimension == 2:
+            yield f"damping[{n}].axis", "a two-dimensional scene has no y axis", 'use axis = "x"'
+        elif zone.start == zone.end:
+            yield f"damping[{n}]", f"start and end are both {zone.end:g} m", "move one of them"
+        elif min(zone.start, zone.end) < tank.min[axis] or max(zone.start, zone.end) > tank.max[axis]:
+            span = f"{zone.axis} = {tank.min[axis]:g} to {tank.max[axis]:g} m"
+            fault = f"{zone.axis} = {zone.start:g} to {zone.end:g} m leaves the tank, {span}"
             yield f"damping[{n}]", fault, "shorten it"
     for name, gauge in scene.gauges.items():
         place = (gauge.x,) if scene.dimension == 2 else (gauge.x, gauge.y)

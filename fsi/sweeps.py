@@ -27,6 +27,7 @@ from fsi.terms import (
     viscous,
 )
 
+
 class Constants(NamedTuple):
     """Scalars of the scheme, in the precision of the sweeps; the symbols are those of `fsi.terms`."""
 
@@ -255,8 +256,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
 
     The wall guard takes from a fluid particle that is too close to a wall particle the velocity with which it
     approaches; the impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part
-    first, moment about `centre` (owners, DIM). In the sponge, u' = -rate (s/length)^2 u (implicit) for
-    zones (z, 3) [start, end, rate]."""
+    first, moment about `centre` (owners, DIM). In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
+    of each of the zones (z, 4) [axis, start, end, rate]."""
     L, DIM = lanes, dim
     P = dim
 
@@ -336,9 +337,9 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
                         )  # fmt: skip
                     if sponge:
                         for z in range(zones.shape[0]):
-                            into = (position[i, 0] - zones[z, 0]) / (zones[z, 1] - zones[z, 0])
+                            into = (position[i, int(zones[z, 0])] - zones[z, 1]) / (zones[z, 2] - zones[z, 1])
                             if 0.0 < into <= 1.0:
-                                kept = 1.0 / (1.0 + dt * zones[z, 2] * into * into)
+                                kept = 1.0 / (1.0 + dt * zones[z, 3] * into * into)
                                 for d in range(DIM):
                                     sums[c, MOMENTUM + DIM + d] += k.mass * (1.0 - kept) * velocity[i, d]
                                     velocity[i, d] *= kept

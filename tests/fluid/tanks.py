@@ -15,7 +15,9 @@ def still_tank(dimension=2, spacing=0.02, depth=0.5, length=1.0, **parts) -> Sce
     return Scene.model_validate({"dimension": dimension, "spacing": spacing, "duration": 5.0, "tank": tank} | parts)
 
 
-def random_fluid(dimension, precision="double", count=12, boundary=False, threads=1, seed=3, gravity=0.0, **numerics) -> Fluid:
+def random_fluid(
+    dimension, precision="double", count=12, boundary=False, threads=1, seed=3, gravity=0.0, **numerics
+) -> Fluid:
     """A jittered block with random velocities and pressures after `begin` and `predict`; with `boundary`, the half
     with x > 0 belongs to an owner of its own, the wavemaker."""
     spacing = 0.1

@@ -25,9 +25,9 @@ def test_still_water_stays_still(dimension, spacing, length, until):
     sim.run(until, lambda sim: errors.append(hydrostatic_error(sim)) if sim.step_count % 20 == 0 else None)
     drift = 2 * (sim.fluid.position[:, -1].mean() - start) / 0.5
     speed = np.sqrt((sim.fluid.velocity**2).sum(1).mean()) / np.sqrt(9.81 * 0.5)
-    assert np.mean(errors[len(errors) // 2 :]) < 0.01
-    assert abs(drift) < 0.005
-    assert speed < 0.01
+    assert np.mean(errors[len(errors) // 2 :]) < (0.003 if dimension == 2 else 0.01)
+    assert abs(drift) < (0.001 if dimension == 2 else 0.005)
+    assert speed < 0.005
     assert sim.fluid.lost == 0
 
 
@@ -55,7 +55,7 @@ def dam_break(**numerics) -> Simulation:
         {
             "spacing": 0.02,
             "duration": 1.2,
-            "tank": {"min": [0, 0], "max": [2, 3.4]},
+            "tank": {"min": [0, 0], "max": [2, 2], "walls": ["x-", "x+", "z-", "z+"]},
             "fluid": {"start": "converged", "blocks": [{"min": [0, 0], "max": [0.5, 1]}]},
             "numerics": numerics,
         }
@@ -70,7 +70,7 @@ def test_dam_break_never_gains_energy_and_loses_no_particle():
     assert max(np.diff(energy)) < 1e-3 * sim.books.energy_at_start
     assert max(energy) < 1.001 * sim.books.energy_at_start
     assert sim.fluid.lost == 0
-    assert sim.fluid.position[:, 0].min() > 0 and sim.fluid.position[:, 1].min() > 0
+    assert (sim.fluid.position > 0).all() and (sim.fluid.position < 2).all()
 
 
 def test_an_unstable_run_stops_and_says_so():

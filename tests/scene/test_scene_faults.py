@@ -14,7 +14,7 @@ FAULTS = {
     ),
     "unknown key, nothing like it": (
         "[[damping]]\nstart = 4\nend = 5\nzeal = 3",
-        ["pool.toml: damping[0].zeal: unknown key; known are end, rate, start"],
+        ["pool.toml: damping[0].zeal: unknown key; known are axis, end, rate, start"],
     ),
     "not one of": (
         '[output]\ncolour = "presure"',
@@ -52,9 +52,9 @@ FAULTS = {
         ["pool.toml: fluid.still_water_level: 0.7 m is not in the tank, z = -0.5 to 0.5 m; move it inside"],
     ),
     "zone and gauges outside": (
-        "[gauges.far]\nx = 7\n[[damping]]\nstart = 5\nend = 4\n[[damping]]\nstart = 5\nend = 8",
+        "[gauges.far]\nx = 7\n[[damping]]\nstart = 5\nend = 5\n[[damping]]\nstart = 5\nend = 8",
         [
-            "pool.toml: damping[0]: start 5 m is not below end 4 m; swap or move them",
+            "pool.toml: damping[0]: start and end are both 5 m; move one of them",
             "pool.toml: damping[1]: x = 5 to 8 m leaves the tank, x = 0 to 6 m; shorten it",
             "pool.toml: gauges.far.x: 7 m is outside the tank, x = 0 to 6 m; move it inside",
         ],

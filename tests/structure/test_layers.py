@@ -35,7 +35,9 @@ FILES = [path for package in FORBIDDEN for path in sorted((ROOT / package).rglob
 def test_layers(path):
     name = str(path.relative_to(ROOT))
     if name not in SHELL:
-        bad = [f"{name}:{line}" for module, line in imports(path) if module.split(".")[0] in FORBIDDEN[name.split("/")[0]]]
+        bad = [
+            f"{name}:{line}" for module, line in imports(path) if module.split(".")[0] in FORBIDDEN[name.split("/")[0]]
+        ]
         assert not bad
 
 

@@ -1,0 +1,43 @@
+"""Validation: every case measures a run against an exact answer or an experiment.
+
+To add a case, write a module here that holds a `Case` in its `CASES`, and name it below; modules are imported on use.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from importlib import import_module
+
+from cases.validation.case import LEVELS, Case
+from cases.validation.solvers import SOLVERS
+from fsi.errors import SceneError
+
+MODULES = {
+    "still_water": ("still_water", "still_water_long", "still_water_3d"),
+    "still_shapes": ("still_step", "still_slope", "still_corner"),
+    "standing_wave": ("standing_wave",),
+    "wavemaker": ("wavemaker_0.5", "wavemaker_1", "wavemaker_2", "wavemaker_3", "wave_decay"),
+    "dam_front": ("dam_front",),
+    "drop": ("elliptical_drop",),
+    "tall_column": ("tall_column",),
+    "short_box": ("short_box",),
+}
+NAMES = tuple(name for names in MODULES.values() for name in names)
+
+__all__ = ["LEVELS", "NAMES", "SOLVERS", "Case", "choose", "load"]
+
+
+def load(name: str) -> Case:
+    """The case of that name."""
+    module = next(module for module, names in MODULES.items() if name in names)
+    return import_module(f"cases.validation.{module}").CASES[name]
+
+
+def choose(patterns: tuple[str, ...] | list[str]) -> list[Case]:
+    """The cases that these names or patterns such as `still_*` ask for, all of them if there are none.
+
+    Raises SceneError for a pattern that names no case."""
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in NAMES):
+            raise SceneError(f"no validation case {pattern!r}", key="CASE", fix=f"known are {', '.join(NAMES)}")
+    return [load(name) for name in NAMES if not patterns or any(fnmatchcase(name, p) for p in patterns)]

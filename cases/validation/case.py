@@ -1,0 +1,86 @@
+"""What a validation case consists of, and the row that a run of it gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+LEVELS = ("coarse", "medium", "paper")
+
+
+class Measure:
+    """Watches one run and tells its errors. It is made before the first step, when it may still set the velocities,
+    and called after every step; `sample` is called every `interval` simulated seconds, or each step if that is 0."""
+
+    interval = 0.0
+
+    def __init__(self, sim):
+        self._due = self.interval
+        self.begin(sim)
+
+    def __call__(self, sim) -> None:
+        if sim.time >= self._due * (1 - 1e-9):
+            self._due = max(self._due + self.interval, sim.time)
+            self.sample(sim)
+
+    def begin(self, sim) -> None:
+        """Prepare the start of the run."""
+
+    def sample(self, sim) -> None:
+        """Note what `errors` needs."""
+
+    def errors(self) -> dict[str, float]:
+        """Measure name -> error; relative unless the name ends in a unit."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Case:
+    """One validation case.
+
+    `reference`: the exact answer or the experiment, with its source. `spacing`: level -> particle spacing [m].
+    `scene(spacing, folder)`: the scene as plain data; files it needs are written to `folder`. `target`: largest
+    magnitude that each error may have.
+    """
+
+    name: str
+    title: str
+    reference: str
+    spacing: Mapping[str, float]
+    scene: Callable[[float, Path], dict]
+    measure: Callable[..., Measure]
+    target: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run: `particles` counts the fluid's, `wall_seconds` leaves out compiling and measuring, `time_step` [s] is
+    the mean. An error that could not be measured, because the run failed, is None."""
+
+    case: str
+    level: str
+    solver: str
+    spacing: float
+    dimension: int
+    particles: int
+    steps: int
+    time_step: float
+    wall_seconds: float
+    simulated_seconds: float
+    memory_bytes: int
+    error: dict[str, float | None]
+    target: dict[str, float]
+    passed: bool
+
+    def as_dict(self) -> dict:
+        """The row as `fsi validate --json` prints it."""
+        return asdict(self)
+
+
+def met(error: float | None, target: float) -> bool:
+    """Whether an error was measured and keeps to its target."""
+    return error is not None and math.isfinite(error) and abs(error) <= target
+
+
