@@ -15,6 +15,7 @@ from fsi.cells import CellSort, Grid, whole
 from fsi.lanes import claim
 from fsi.layout import Layout
 from fsi.neighbours import Neighbours
+from fsi.periodic import Periodic
 from fsi.scene import Scene
 from fsi.threads import Team
 
@@ -48,7 +49,7 @@ def _pack_fluid(counter, bounds, order, lower, position, velocity, pressure, lab
 
 
 @njit(nogil=True, cache=True)
-def _pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, dt, gravity, xs,
+def _pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, dt, fall, xs,
                    flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
     acceleration makes its final velocity."""
@@ -66,8 +67,7 @@ def _pack_boundary(order, first, lower, position, velocity, owner, position2, ve
             field[i, d] = x
             twin[i, d] = x
             flow[i, dim + d] = velocity[j, d]
-            trial[i, dim + 1 + d] = velocity[j, d]
-        trial[i, 2 * dim] -= dt * gravity
+            trial[i, dim + 1 + d] = velocity[j, d] + dt * fall[d]
 
 
 def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
@@ -94,7 +94,6 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
         relaxation=relaxation,
-        gravity=scene.gravity,
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         guard2=(numerics.wall_guard * dr) ** 2,
@@ -122,10 +121,12 @@ class Fluid:
         self.boundary_velocity = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
         self.lost = 0
+        self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
+        self.fall[-1] -= scene.gravity
+        self.periodic = Periodic(scene)
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self._sort = CellSort(self.grid, len(self.position), team)
         self._boundary_sort = CellSort(self.grid, len(self.boundary), team)
         self._near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._boundary_near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
@@ -145,16 +146,9 @@ class Fluid:
         self._extrapolation = boundary.make_extrapolation(L, D)
 
     def _allocate(self) -> None:
-        n, b, dim = len(self.position), len(self.boundary), self.dim
-        rows = n + b + 16
-        self._xs = np.zeros((dim, rows), np.float32)
-        self._flow = np.zeros((rows, 8 if dim == 3 else 4), self.dtype)
-        self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
-        self._field = np.zeros((rows, 4), self.dtype)
-        self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
-        self._echoes = []
-        self._coefficients = np.zeros((n, 3), self.dtype)
-        self._spare = [np.empty_like(a) for a in (self.position, self.velocity, self.pressure_values, self.label)]
+        b, dim = len(self.boundary), self.dim
+        self._capacity = 0
+        self._reserve(len(self.position))
         self._sorted_boundary = np.zeros((b, dim))
         self._sorted_velocity = np.zeros((b, dim))
         self._sorted_owner = np.zeros(b, np.int32)
@@ -162,6 +156,22 @@ class Fluid:
         self._shepard = np.zeros((b, 1 + dim), self.dtype)
         self._viscous_force = np.zeros((b, dim))
         self._pressure_force = np.zeros((1, b, dim))
+
+    def _reserve(self, count: int) -> None:
+        """Make room for so many fluid particles, ghosts included."""
+        if count <= self._capacity:
+            return
+        self._capacity = n = int(1.2 * count) if self.periodic.axes else count
+        dim, rows = self.dim, n + len(self.boundary) + 16
+        self._sort = CellSort(self.grid, n, self.team)
+        self._xs = np.zeros((dim, rows), np.float32)
+        self._flow = np.zeros((rows, 8 if dim == 3 else 4), self.dtype)
+        self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
+        self._field = np.zeros((rows, 4), self.dtype)
+        self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
+        self._echoes = []
+        self._coefficients = np.zeros((n, 3), self.dtype)
+        self._spare = [np.empty((n, *a.shape[1:]), a.dtype) for a in self._state]
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -182,21 +192,22 @@ class Fluid:
         """Sort and pack everything where it stands now, and find the neighbours. centre (owners, 3), twist
         (owners, 6): of the owners now."""
         self.dt, self._centre, self._twist = dt, centre, twist
+        real, sources = self.count, self._add_ghosts()
         order = self._sort.update(self.position)
         n = self._sort.inside
-        self.lost += self.count - n
-        old = self.position, self.velocity, self.pressure_values, self.label
-        spare = [a[:n] for a in self._spare]
+        self.lost += real - n + self.periodic.link(order, sources, real, n)
+        old, spare = self._state, [a[:n] for a in self._spare]
         rows = self._flow, self._trial, self._field, self._twin
         if n:
             self.team.run(_pack_fluid, whole(n), order, self.grid.lower, *old, *spare, self._xs, *rows)
-        self._spare = list(old)
-        self.position, self.velocity, self.pressure_values, self.label = spare
+        if not self.periodic.axes:
+            self._spare = list(old)
+        self._state = spare
         order = self._boundary_sort.update(self.boundary)[: self._boundary_sort.inside]
         self._solids = b = len(order)
         _pack_boundary(
             order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.owner, self._sorted_boundary,
-            self._sorted_velocity, self._sorted_owner, dt, float(self.k.gravity), self._xs, *rows,
+            self._sorted_velocity, self._sorted_owner, dt, self.fall, self._xs, *rows,
         )  # fmt: skip
         self._boundary_order = order
         kinds = [(self._sort, 0)] + ([(self._boundary_sort, n)] if b else [])
@@ -204,13 +215,40 @@ class Fluid:
         if b:
             self._boundary_near.update(self._boundary_sort, n, self._xs, kinds[:1])
 
+    @property
+    def _state(self) -> tuple[np.ndarray, ...]:
+        return self.position, self.velocity, self.pressure_values, self.label
+
+    @_state.setter
+    def _state(self, arrays) -> None:
+        self.position, self.velocity, self.pressure_values, self.label = arrays
+
+    def _add_ghosts(self) -> np.ndarray:
+        """Append the ghosts of periodic axes, with the label -1; the particles they stand for."""
+        if not self.periodic.axes:
+            return self.periodic.sources
+        self._drop_ghosts()
+        self.periodic.wrap(self.position)
+        sources, images = self.periodic.images(self.position)
+        _, velocity, pressure, label = self._state
+        ghosts = images, velocity[sources], pressure[sources], np.full(len(sources), -1, label.dtype)
+        self._state = [np.concatenate(pair) for pair in zip(self._state, ghosts, strict=True)]
+        self._reserve(self.count)
+        return sources
+
+    def _drop_ghosts(self) -> None:
+        if self.periodic.axes:
+            real = self.label >= 0
+            self._state = [a[real] for a in self._state]
+
     def predict(self) -> None:
         """Trial velocities and the coefficients of the pressure equation."""
         near = self._near
         self.team.run(
             self._predictor, near.bounds, near.groups, self._flow, self._trial, self.velocity, self._coefficients,
-            self.k, self.dtype(self.dt),
+            self.fall, self.k, self.dtype(self.dt),
         )  # fmt: skip
+        self.periodic.mirror(self._trial, slice(self.dim + 1, None))
         if self._solids:
             near = self._boundary_near
             self.team.run(
@@ -220,13 +258,14 @@ class Fluid:
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
-        self._set_lift(acceleration[None], self._twist, float(self.k.gravity), self._lift)
+        self._set_lift(acceleration[None], self._twist, self.fall, self._lift)
         self._extrapolate(self._trial)
         near = self._near
         self.team.run(
             self._source, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.k,
             self.dtype(self.dt),
         )  # fmt: skip
+        self.periodic.mirror(self._field, slice(self.dim, None))
         field, twin = self._field, self._twin
         for _ in range(self.scene.numerics.sweeps - 1):
             self._extrapolate(field)
@@ -276,7 +315,7 @@ class Fluid:
             rows[:n, :P] = self._field[:n, :P]
             rows[:n, P:] = 0.0
         lift = np.zeros((self._solids, m), self.dtype)
-        self._set_lift(accelerations, np.zeros_like(self._twist), 0.0, lift)
+        self._set_lift(accelerations, np.zeros_like(self._twist), np.zeros(P), lift)
         low, high = self._box_of(np.flatnonzero(np.abs(accelerations).max((0, 2)) > 0))
         reach = 2 * self.scene.smoothing_length
         extrapolation = boundary.make_extrapolation(self.lanes, P, m, everywhere=False)
@@ -290,6 +329,7 @@ class Fluid:
                 break
             low, high = low - reach, high + reach
             self.team.run(echo, near.bounds, near.groups, field, twin, self._coefficients, self.k, low, high)
+            self.periodic.mirror(twin, slice(P, None))
             low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
             field, twin = twin, field
         return np.ascontiguousarray(field[:n, P:].T), self._wrenches(field, m)
@@ -305,10 +345,11 @@ class Fluid:
         chunks = len(near.bounds) - 1
         sums, impulse = np.zeros((chunks, sweeps.sums_width(self.dim))), np.zeros((chunks, self.owners, 6))
         self.team.run(
-            self._corrector, near.bounds, near.groups, self._flow, self._field, self._coefficients, self.position,
-            self.velocity, self.pressure_values, self.k, self.dt, self.zones, self.count, self._sorted_boundary,
+            self._corrector, near.bounds, near.groups, self._flow, self._field, self._coefficients, self.label,
+            self.position, self.velocity, self.pressure_values, self.k, self.dt, self.zones, self.count, self._sorted_boundary,
             self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
         )  # fmt: skip
+        self._drop_ghosts()
         maxima = sums[:, : sweeps.KINETIC].max(0, initial=0.0)
         return np.concatenate([maxima, sums[:, sweeps.KINETIC :].sum(0)]), impulse.sum(0)
 
@@ -353,10 +394,10 @@ class Fluid:
         """Points (o, 3) in the axes of the fluid."""
         return np.ascontiguousarray(points[:, [0, 2]] if self.dim == 2 else points)
 
-    def _set_lift(self, accelerations, twist, gravity, lift) -> None:
+    def _set_lift(self, accelerations, twist, fall, lift) -> None:
         b = self._solids
         boundary.lift_of(
-            self._sorted_boundary[:b], self._sorted_owner[:b], self._centre, accelerations, twist, gravity,
+            self._sorted_boundary[:b], self._sorted_owner[:b], self._centre, accelerations, twist, fall,
             self.scene.fluid.density, self._shepard[:b], lift,
         )  # fmt: skip
 
@@ -371,6 +412,7 @@ class Fluid:
     def _sweep(self, field, new) -> None:
         near = self._near
         self.team.run(self._jacobi, near.bounds, near.groups, field, new, self._coefficients, self.k)
+        self.periodic.mirror(new, slice(self.dim, None))
 
     def _box_of(self, owners) -> tuple[np.ndarray, np.ndarray]:
         """The box around the boundary particles of these owners, relative to the grid; an empty one without any."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.periodic import Periodic
 from fsi.protocols import BodySet, Solid
 from fsi.scene import Scene
 from fsi.waves import piston
@@ -63,8 +64,11 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     boundary, owner = _boundary(scene, solids)
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
-    low[0] -= piston_reach(scene)
     high = np.array(scene.tank.max) + margin
+    low[0] -= piston_reach(scene)
+    periodic = Periodic(scene)
+    low[periodic.axes] -= periodic.width
+    high[periodic.axes] += periodic.width
     notes = tuple(_off_lattice(scene))
     return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes)
 
@@ -105,15 +109,17 @@ def _fluid(scene: Scene, solids: list[Solid]):
 
 def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Layers of particles outside the walled sides of the tank. The last axis takes the corners, and under a piston
-    the other walls reach as far back as it does, so that they stay closed while it moves."""
+    the other walls reach as far back as it does, so that they stay closed while it moves; along a periodic axis they
+    reach as far as its ghosts."""
     tank, spacing, dim = scene.tank, scene.spacing, scene.dimension
     thick = scene.layers * spacing
     names = ("x", "z") if dim == 2 else ("x", "y", "z")
     back = math.ceil(piston_reach(scene) / spacing) * spacing
+    around = math.ceil(Periodic(scene).width / spacing) * spacing
     points, owners = [], []
     for d in range(dim):
         for side in (-1, 1):
-            if f"{names[d]}{'-' if side < 0 else '+'}" not in tank.walls:
+            if f"{names[d]}{'-' if side < 0 else '+'}" not in tank.walls or names[d] in tank.periodic:
                 continue
             axes = []
             for e in range(dim):
@@ -122,6 +128,8 @@ def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                     low, high = tank.min[e] - thick, tank.min[e]
                 elif e == d:
                     low, high, origin = tank.max[e], tank.max[e] + thick, tank.max[e]
+                elif names[e] in tank.periodic:
+                    low, high = low - around, high + around
                 elif e < d:
                     low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
                     high += thick * (f"{names[e]}+" in tank.walls)

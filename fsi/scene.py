@@ -72,6 +72,7 @@ class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
+    periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
     bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
@@ -88,6 +89,7 @@ class Fluid(Part):
     density: Positive = 1000.0  # [kg/m3]
     kinematic_viscosity: NonNegative = 1e-6  # [m2/s]
     still_water_level: Number = 0.0  # [m]
+    acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
     blocks: tuple[Block, ...] = ()
 

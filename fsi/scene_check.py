@@ -22,7 +22,7 @@ Fault = tuple[str, str, str]  # key, fault, fix
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_positions, _resolution, _waves, _coupler, _files)
+    checks = (_positions, _periodic, _resolution, _waves, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -78,6 +78,8 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
     for n, block in enumerate(scene.fluid.blocks):
         points[f"fluid.blocks[{n}].min"] = block.min
         points[f"fluid.blocks[{n}].velocity"] = block.velocity or block.min
+    if scene.fluid.acceleration:
+        points["fluid.acceleration"] = scene.fluid.acceleration
     points |= {f"probes.{name}.position": probe.position for name, probe in scene.probes.items()}
     axes = "x, z" if scene.dimension == 2 else "x, y, z"
     for key, point in points.items():
@@ -116,6 +118,27 @@ def _positions(scene: Scene) -> Iterator[Fault]:
         if not _inside(tank, probe.position):
             fault = f"{list(probe.position)} is outside the tank {_span(tank)}"
             yield f"probes.{name}.position", fault, "move it inside"
+
+
+def _periodic(scene: Scene) -> Iterator[Fault]:
+    tank, key = scene.tank, "tank.periodic"
+    names = ("x", "z") if scene.dimension == 2 else ("x", "y", "z")
+    for name in tank.periodic:
+        if name not in names:
+            yield key, f"a two-dimensional scene has no {name} axis", "leave it out"
+            continue
+        d = names.index(name)
+        count, least = (tank.max[d] - tank.min[d]) / scene.spacing, 8.1 * scene.numerics.smoothing_ratio
+        if count < least:
+            yield key, f"the tank is {count:.1f} spacings long along {name}", f"give it {math.ceil(least)} or more"
+        elif abs(count - round(count)) > 1e-6 * count:
+            yield key, f"the tank is {count:g} spacings long along {name}", "make it a whole number"
+    if "x" in tank.periodic and scene.waves:
+        yield key, "a piston stands at the end of the x axis", 'leave "x" out or remove [waves]'
+    if "z" in tank.periodic and scene.gravity > 0:
+        yield key, "gravity acts along z", "set gravity = 0"
+    if tank.periodic and scene.bodies:
+        yield key, "bodies do not repeat along a periodic axis", "use walls far away instead"
 
 
 def _resolution(scene: Scene) -> Iterator[Fault]:

@@ -42,7 +42,6 @@ class Constants(NamedTuple):
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface
     relaxation: float  # gamma
-    gravity: float
     density: float
     mass: float
     guard2: float  # squared distance at which the wall guard acts
@@ -60,14 +59,14 @@ def surface_gate(position_divergence):
 
 @cache
 def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool):
-    """Viscosity and gravity turn `velocity` into the trial velocity u*; the same pass collects the coefficients of the pressure
-    equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the relaxation of
-    the density towards the lattice's."""
+    """Viscosity and gravity (`fall`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
+    of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
+    deficit of the density against the lattice's."""
     L, DIM = lanes, dim
     U = dim + 1
 
     @compiled(lanes, dim, laminar, artificial)
-    def predict(counter, bounds, groups, flow, trial, velocity, coefficients, k, dt):
+    def predict(counter, bounds, groups, flow, trial, velocity, coefficients, fall, k, dt):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((3 + DIM) * L, flow.dtype)
         while True:
@@ -113,9 +112,8 @@ def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool):
                     deficit = 1.0 - k.density_factor * t_[L + m]
                     coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
                     coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
-                    velocity[i, DIM - 1] -= dt * k.gravity
                     for d in range(DIM):
-                        velocity[i, d] -= dt * t_[(3 + d) * L + m]
+                        velocity[i, d] += dt * (fall[d] - t_[(3 + d) * L + m])
                         trial[i, U + d] = velocity[i, d]
 
     return predict
@@ -295,7 +293,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
 
     @compiled(lanes, dim, guarded, sponge)
     def correct(
-        counter, bounds, groups, flow, field, coefficients, position, velocity, pressure, k, dt, zones,
+        counter, bounds, groups, flow, field, coefficients, label, position, velocity, pressure, k, dt, zones,
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
@@ -324,6 +322,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
                         nearest = minimum(nearest, dot(x_ij, x_ij))
                     store(t_, DIM * L, nearest)
                 for i in range(s, e):
+                    if label[i] < 0:  # a ghost, dropped after this
+                        continue
                     m = i - s
                     acceleration2, speed2 = 0.0, 0.0
                     for d in range(DIM):

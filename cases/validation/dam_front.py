@@ -1,8 +1,8 @@
 """The front of a collapsing column of water on a dry bed, in two dimensions.
 
 Experiment: Martin & Moyce (1952), Phil. Trans. R. Soc. A 244, 312-324: a column a = 2.25 in wide and 2 a high. With
-T = t sqrt(2 g / a) the front is at Z = x / a. The gate takes time to open, so the curve of the experiment starts late: its
-slope and the curve with the best shift in T are compared. The frontmost particle's edge is the front. Besides, the
+T = t sqrt(2 g / a) the front is at Z = x / a. The gate takes time to open, so the curve of the experiment starts late:
+its slope and the curve with the best shift in T are compared. The frontmost particle's edge is the front. Besides, the
 mechanical energy never rises, and until the front has reached the end of the data next to none is lost; no particle
 leaves the tank.
 """
@@ -71,8 +71,8 @@ CASES = {
     "dam_front": Case(
         "dam_front",
         "Front of a collapsing column on a dry bed, 57 mm wide and 114 mm high",
-        "Experiment: Martin & Moyce (1952). Front speed over Z > 2; curve: root mean square after the best shift in time, "
-        "as a share of the distance covered; energies as shares of the one at the start; leaks of the particles.",
+        "Experiment: Martin & Moyce (1952). Front speed over Z > 2; curve: root mean square after the best shift in time,"
+        " as a share of the distance covered; energies as shares of the one at the start; leaks of the particles.",
         {"coarse": WIDTH / 20, "medium": WIDTH / 40, "paper": WIDTH / 80},
         _scene,
         Front,

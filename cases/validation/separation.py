@@ -17,8 +17,8 @@ def first_harmonic(t: np.ndarray, y: np.ndarray, omega: float) -> np.ndarray:
 
 def separate(x: np.ndarray, amplitude: np.ndarray, k: float) -> tuple[complex, complex, float]:
     """Complex amplitudes, at x = 0, of the waves towards +x and -x that explain these at the gauges x [m] best, and
-    what stays unexplained (root mean square). For two gauges Goda & Suzuki (1976), for three Mansard & Funke (1980); any
-    number by the same least squares."""
+    what stays unexplained (root mean square). For two gauges Goda & Suzuki (1976), for three Mansard & Funke (1980);
+    any number by the same least squares."""
     basis = np.stack([np.exp(1j * k * x), np.exp(-1j * k * x)], 1)
     found = np.linalg.lstsq(basis, amplitude, rcond=None)[0]
     rest = float(np.sqrt((np.abs(basis @ found - amplitude) ** 2).mean()))

@@ -1,15 +1,16 @@
 """A standing wave of half a wavelength in a tank, let go from a flat surface with the velocities of linear theory.
 
 Elevation eta = a sin(omega t) cos(k x), k = pi / L. Exact frequency to second order in k a, for water of this depth:
-Tadjbakhsh & Keller (1960), J. Fluid Mech. 8, 442-451; to first order omega^2 = g k tanh(k d). The elevation of the mode is
-a moment of all particles, 2 V / L sum cos(k x), which needs no free surface to be found. Loss of energy per period: from
-the decay of the amplitude, squared; the decay of an inviscid wave is zero, and viscosity's 2 nu k^2 is far below the
-target.
+Tadjbakhsh & Keller (1960), J. Fluid Mech. 8, 442-451; to first order omega^2 = g k tanh(k d). The elevation of the
+mode is a moment of all particles, 2 V / L sum cos(k x), which needs no free surface to be found. Loss of energy per
+period: from the decay of the amplitude, squared; the decay of an inviscid wave is zero, and viscosity's 2 nu k^2 is far
+below the target.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,7 +40,7 @@ def extremes(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Time and size |y| of each extreme of y between two of its zeros, by a parabola through three points."""
     zeros = crossings(t, y)
     times, sizes = [], []
-    for start, end in zip(zeros[:-1], zeros[1:], strict=True):
+    for start, end in pairwise(zeros):
         inside = np.flatnonzero((t > start) & (t < end))
         i = inside[np.abs(y[inside]).argmax()]
         curve = np.polyfit(t[i - 1 : i + 2] - t[i], y[i - 1 : i + 2], 2)

@@ -1,10 +1,10 @@
 """Regular waves from a piston in a flume that ends in a damping zone.
 
-Exact: linear theory, wave height over stroke H/S = 2 (cosh 2kd - 1) / (sinh 2kd + 2kd) (Dean & Dalrymple 1991, eq. 6.25).
-The heights are those of the first harmonic at five gauges that stand over 0.8 of a wavelength, separated into incident
-and reflected wave by least squares (Goda & Suzuki 1976, Mansard & Funke 1980). Only a wave that keeps its energy has the
-same height five wavelengths on. The record starts when the front, the ramp of the stroke and two periods more have
-passed, and lasts three periods.
+Exact: linear theory, wave height over stroke H/S = 2 (cosh 2kd - 1) / (sinh 2kd + 2kd) (Dean & Dalrymple 1991, eq.
+6.25). The heights are those of the first harmonic at five gauges that stand over 0.8 of a wavelength, separated into
+incident and reflected wave by least squares (Goda & Suzuki 1976, Mansard & Funke 1980). Only a wave that keeps its
+energy has the same height five wavelengths on. The record starts when the front, the ramp of the stroke and two periods
+more have passed, and lasts three periods.
 """
 
 from __future__ import annotations
