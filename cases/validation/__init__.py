@@ -19,6 +19,8 @@ MODULES = {
     "wavemaker": ("wavemaker_0.5", "wavemaker_1", "wavemaker_2", "wavemaker_3", "wave_decay"),
     "dam_front": ("dam_front",),
     "drop": ("elliptical_drop",),
+    "taylor_green": ("taylor_green",),
+    "poiseuille": ("poiseuille",),
     "tall_column": ("tall_column",),
     "short_box": ("short_box",),
 }
