@@ -172,8 +172,10 @@ def validate(
         if as_json:
             print(json.dumps([row.as_dict() for row in result.rows]))
         else:
+            console = Console()
+            console.width = max(console.width, 100)  # the table's, also where the output is no terminal
             for part in result.tables():
-                Console().print(part)
+                console.print(part)
             print(f"written to {result.report}")
         if result.failures:
             raise RunError("\n".join(result.failures))

@@ -96,6 +96,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
         relaxation=relaxation,
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
+        shifting=numerics.shifting * h * slope * volume,
         guard2=(numerics.wall_guard * dr) ** 2,
     )
     return sweeps.Constants(*(dtype(v) for v in values))
@@ -124,6 +125,7 @@ class Fluid:
         self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.fall[-1] -= scene.gravity
         self.periodic = Periodic(scene)
+        self.closed = not scene.fluid.blocks and scene.fluid.still_water_level == scene.tank.max[-1]
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
@@ -137,11 +139,12 @@ class Fluid:
         """Compile what this scene needs."""
         L, D, numerics = self.lanes, self.dim, self.scene.numerics
         laminar = numerics.viscosity == "laminar" and self.scene.fluid.kinematic_viscosity > 0
-        self._predictor = sweeps.make_predictor(L, D, laminar, numerics.artificial_viscosity > 0)
+        shifted = numerics.shifting > 0
+        self._predictor = sweeps.make_predictor(L, D, laminar, numerics.artificial_viscosity > 0, shifted)
         self._source = sweeps.make_source(L, D)
         self._jacobi = sweeps.make_jacobi(L, D)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
-        self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0)
+        self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
         self._weights = boundary.make_weights(L, D, laminar)
         self._extrapolation = boundary.make_extrapolation(L, D)
 
@@ -170,7 +173,7 @@ class Fluid:
         self._field = np.zeros((rows, 4), self.dtype)
         self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
-        self._coefficients = np.zeros((n, 3), self.dtype)
+        self._coefficients = np.zeros((n, 4 if self.scene.numerics.shifting else 3), self.dtype)
         self._spare = [np.empty((n, *a.shape[1:]), a.dtype) for a in self._state]
 
     # -------------------------------------------------------------------------------------- one step
@@ -265,6 +268,8 @@ class Fluid:
             self._source, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.k,
             self.dtype(self.dt),
         )  # fmt: skip
+        if self.closed:
+            self._balance()
         self.periodic.mirror(self._field, slice(self.dim, None))
         field, twin = self._field, self._twin
         for _ in range(self.scene.numerics.sweeps - 1):
@@ -408,6 +413,16 @@ class Fluid:
                 self._extrapolation, near.bounds, near.groups, self.count, rows, self._shepard, self._lift, self.k,
                 nowhere, nowhere,
             )  # fmt: skip
+
+    def _balance(self) -> None:
+        """Without a free surface the pressure is known up to a constant only, and has a solution only for a source
+        without a mean: take the mean out of both, or it would grow from step to step."""
+        real = self.label >= 0
+        coefficients, field = self._coefficients[: self.count], self._field[: self.count]
+        mean = coefficients[real, sweeps.SOURCE].mean()
+        coefficients[:, sweeps.SOURCE] -= mean
+        field[:, self.dim] += mean / coefficients[:, sweeps.DIAGONAL]
+        field[:, self.dim] -= field[real, self.dim].mean()
 
     def _sweep(self, field, new) -> None:
         near = self._near

@@ -7,6 +7,7 @@ kernel for its arguments; a term that is switched off there is not compiled.
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import NamedTuple
 
@@ -44,11 +45,12 @@ class Constants(NamedTuple):
     relaxation: float  # gamma
     density: float
     mass: float
+    shifting: float  # A h C V of the shift
     guard2: float  # squared distance at which the wall guard acts
 
 
 # Columns of the coefficients of the pressure equation, one row a fluid particle.
-DIAGONAL, DEFICIT, SOURCE = 0, 1, 2
+DIAGONAL, DEFICIT, SOURCE, SUPPORT = 0, 1, 2, 3
 
 
 @register_jitable
@@ -58,14 +60,14 @@ def surface_gate(position_divergence):
 
 
 @cache
-def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool):
+def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool, shifted: bool):
     """Viscosity and gravity (`fall`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's."""
     L, DIM = lanes, dim
     U = dim + 1
 
-    @compiled(lanes, dim, laminar, artificial)
+    @compiled(lanes, dim, laminar, artificial, shifted)
     def predict(counter, bounds, groups, flow, trial, velocity, coefficients, fall, k, dt):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((3 + DIM) * L, flow.dtype)
@@ -111,6 +113,9 @@ def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool):
                     missing = max(0.0, k.lattice_laplacian - a_ii)
                     deficit = 1.0 - k.density_factor * t_[L + m]
                     coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
+                    if shifted:
+                        filled = k.divergence_factor * t_[2 * L + m] / DIM
+                        coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04))
                     coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
                     for d in range(DIM):
                         velocity[i, d] += dt * (fall[d] - t_[(3 + d) * L + m])
@@ -249,7 +254,7 @@ def sums_width(dim: int) -> int:
 
 
 @cache
-def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
+def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool):
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
     The wall guard takes from a fluid particle that is too close to a wall particle the velocity with which it
@@ -291,13 +296,13 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
                     sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
                     taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
 
-    @compiled(lanes, dim, guarded, sponge)
+    @compiled(lanes, dim, guarded, sponge, shifted)
     def correct(
         counter, bounds, groups, flow, field, coefficients, label, position, velocity, pressure, k, dt, zones,
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty((DIM + 1) * L, field.dtype)
+        t_ = np.empty((2 * DIM + 1) * L, field.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -308,13 +313,17 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
                 x_i, p_i = own_vector(field, s, 0, L, DIM), own(field, s, P, L)
-                force = zero_vector(field, L, DIM)
+                force, sparse = zero_vector(field, L, DIM), zero_vector(field, L, DIM)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(field, j, 0, L, DIM)
                     f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
                     force = force + pressure_gradient(f, p_i, other(field, j, P, L), x_ij)
+                    if shifted:
+                        sparse = sparse + x_ij * f
                 store(t_, 0, force)
+                if shifted:
+                    store(t_, (DIM + 1) * L, sparse)
                 if guarded:
                     nearest = zero(field, L) + k.guard2
                     for n in range(base + span[g, 1], base + span[g, 2]):
@@ -346,6 +355,11 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool):
                     for d in range(DIM):
                         speed2 += velocity[i, d] * velocity[i, d]
                         position[i, d] += dt * velocity[i, d]
+                    if shifted:
+                        reach = dt * k.shifting * math.sqrt(speed2) * coefficients[i, SUPPORT]
+                        for d in range(DIM):
+                            position[i, d] += reach * t_[(DIM + 1 + d) * L + m]
+                    for d in range(DIM):
                         sums[c, MOMENTUM + d] += k.mass * velocity[i, d]
                     pressure[i] = field[i, P]
                     sums[c, SPEED2] = max(sums[c, SPEED2], speed2)

@@ -81,14 +81,16 @@ def order(spacing: Sequence[float], error: Sequence[float]) -> float:
 
 
 def orders(case: Case, rows: Iterable[Row]) -> dict[str, dict[str, float]]:
-    """Solver -> measure -> order of convergence over the levels, where an error was measured on two or more."""
+    """Solver -> measure -> order of convergence over the levels, where an error was measured on two or more and keeps
+    its sign."""
     out: dict[str, dict[str, float]] = {}
     rows = list(rows)
     for solver in dict.fromkeys(row.solver for row in rows):
         own = [row for row in rows if row.solver == solver]
         for name in case.target:
             points = [(row.spacing, row.error[name]) for row in own if row.error.get(name)]
-            if len({spacing for spacing, _ in points}) > 1:
+            signs = {error > 0 for _, error in points}
+            if len({spacing for spacing, _ in points}) > 1 and len(signs) == 1:
                 out.setdefault(solver, {})[name] = order(*zip(*points, strict=True))
     return out
 

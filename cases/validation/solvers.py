@@ -7,5 +7,5 @@ SOLVERS: dict[str, dict] = {
     "explicit": {"sweeps": 1},
     "sweeps4": {"sweeps": 4},
     "sweeps8": {"sweeps": 8},
-    "half_step": {"mach": 0.2, "courant": 0.1},
+    "half_step": {"mach": 0.1, "courant": 0.1},
 }

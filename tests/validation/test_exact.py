@@ -1,0 +1,129 @@
+"""The exact answers of the validation cases, against each other and against their own equations."""
+
+import csv
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cases.validation import dam_front, poiseuille, short_box, taylor_green
+from cases.validation.drop import exact_axes
+from cases.validation.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
+from cases.validation.series import impulse, low_passed, relative_rms
+from cases.validation.standing_wave import crossings, extremes, standing_frequency
+from cases.validation.still_shapes import write_bed
+
+
+def test_standing_waves_of_finite_height_are_slower_in_deep_water():
+    k, g = 2.0, 9.81
+    linear = math.sqrt(g * k * math.tanh(k * 0.3))
+    assert standing_frequency(k, 0.3, 0.0, g) == pytest.approx(linear)
+    deep = math.sqrt(g * k) * (1 - (k * 0.1) ** 2 / 8)  # Rayleigh 1915
+    assert standing_frequency(k, 10.0, 0.1, g) == pytest.approx(deep)
+
+
+def test_zeros_and_extremes_of_a_decaying_oscillation():
+    t = np.linspace(0.1, 10, 2001)
+    zeros = crossings(t, np.sin(3 * t))
+    np.testing.assert_allclose(zeros, np.pi / 3 * np.arange(1, len(zeros) + 1), atol=1e-6)
+    times, sizes = extremes(t, np.exp(-0.2 * t) * np.sin(3 * t))
+    assert -np.polyfit(times, np.log(sizes), 1)[0] == pytest.approx(0.2, rel=1e-3)
+
+
+def waves(incident, reflected, k, omega, x, t):
+    elevation = incident * np.cos(k * x - omega * t[:, None] + 0.4) + reflected * np.cos(k * x + omega * t[:, None])
+    return elevation + 0.1 * incident * np.cos(2 * (k * x - omega * t[:, None])) + 0.003
+
+
+@pytest.mark.parametrize("gauges", [[1.0, 1.4], [1.0, 1.3, 1.9], [1.0, 1.4, 1.8, 2.2, 2.6]])
+def test_incident_and_reflected_waves_are_separated(gauges):
+    k, omega, x = 2 * math.pi / 2.0, 4.0, np.array(gauges)
+    t = np.linspace(3.0, 3.0 + 2.7 * 2 * math.pi / omega, 108)
+    amplitude = first_harmonic(t, waves(0.05, 0.01, k, omega, x, t), omega)
+    incident, reflected, rest = separate(x, amplitude, k)
+    assert abs(incident) == pytest.approx(0.05, rel=1e-9)
+    assert abs(reflected) == pytest.approx(0.01, rel=1e-9)
+    assert rest < 1e-12
+
+
+def test_a_wave_longer_than_linear_theory_is_not_taken_for_reflection():
+    k, omega, x = math.pi, 4.0, 1.0 + 0.4 * np.arange(5)
+    t = np.linspace(0, 3 * 2 * math.pi / omega, 120, endpoint=False)
+    elevation = waves(0.05, 0.001, k, omega, x, t)
+    assert wavenumber_of(x, first_harmonic(t, elevation, omega), 1.04 * k) == pytest.approx(k, rel=2e-3)
+    incident, reflected = wave_heights(t, elevation, x, omega, 1.04 * k)
+    assert incident == pytest.approx(0.1, rel=1e-3)
+    assert reflected == pytest.approx(0.002, rel=0.05)
+
+
+def test_the_group_speed_is_the_slope_of_the_dispersion_relation():
+    def omega(k):
+        return math.sqrt(9.81 * k * math.tanh(0.7 * k))
+
+    assert group_speed(2.0, 0.7, 9.81) == pytest.approx((omega(2.001) - omega(1.999)) / 0.002, rel=1e-6)
+
+
+def test_the_drop_keeps_its_area_and_its_energy():
+    a, b = exact_axes(0.8)
+    assert a * b == pytest.approx(1.0)
+    # energy A^2 (a^2 + b^2) = 2, so that t = integral of db / (A b)
+    major = np.linspace(1.0, b, 20001)
+    strain = np.sqrt(2 / (major**-2 + major**2))
+    assert np.trapezoid(1 / (strain * major), major) == pytest.approx(0.8, rel=1e-7)
+
+
+def test_the_plates_series_starts_at_rest_obeys_its_equation_and_ends_in_a_parabola():
+    gap, nu, force = poiseuille.GAP, poiseuille.VISCOSITY, poiseuille.FORCE
+    z, t, dz, dt = 0.3 * gap, 0.05, 1e-3 * gap, 1e-4
+    speed = poiseuille.exact_speed
+    assert abs(speed(np.array([z]), 0.0)[0]) < 1e-4 * poiseuille.LARGEST
+    below, here, above = speed(np.array([z - dz, z, z + dz]), t)
+    rate = (speed(np.array([z]), t + dt)[0] - speed(np.array([z]), t - dt)[0]) / (2 * dt)
+    assert rate == pytest.approx(force + nu * (below - 2 * here + above) / dz**2, rel=1e-3)
+    np.testing.assert_allclose(speed(np.array([0.0, 0.5 * gap, gap]), 9.0), [0, poiseuille.LARGEST, 0], atol=1e-12)
+
+
+def test_the_vortices_are_free_of_divergence_and_decay_by_viscosity():
+    x, d, t = np.array([0.13, 0.37]), 1e-5, 0.2
+    u = taylor_green.exact_velocity
+    step = d * np.eye(2)
+    gradient = np.array([(u((x + s)[None], t) - u((x - s)[None], t))[0] / (2 * d) for s in step])
+    assert abs(np.trace(gradient)) < 1e-8 < np.abs(gradient).max()
+    d = 1e-3
+    laplacian = sum(u((x + s)[None], t)[0] - 2 * u(x[None], t)[0] + u((x - s)[None], t)[0] for s in d * np.eye(2)) / d**2
+    rate = (u(x[None], t + d) - u(x[None], t - d))[0] / (2 * d)
+    np.testing.assert_allclose(rate, taylor_green.VISCOSITY * laplacian, rtol=1e-4)
+
+
+def test_impulse_and_mean_over_a_window():
+    t = np.linspace(0, 2, 41)
+    assert impulse(t, 3 * t, 0.33, 1.21) == pytest.approx(1.5 * (1.21**2 - 0.33**2))
+    np.testing.assert_allclose(low_passed(t, 2 * t + 1, 0.2)[5:-5], (2 * t + 1)[5:-5])
+    spike = np.where(np.arange(41) == 20, 1.0, 0.0)
+    assert low_passed(t, spike, 0.2).max() == pytest.approx(0.05 / 0.2)
+    assert relative_rms(np.array([1.0, 3.0]), np.array([1.0, 2.0]), 2.0) == pytest.approx(math.sqrt(0.5) / 2)
+
+
+def test_a_late_front_is_shifted_onto_the_experiment():
+    assert dam_front.best_shift(dam_front.TIME - 0.3, dam_front.FRONT) == pytest.approx(0.3)
+
+
+def test_the_ground_under_a_profile_is_closed(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    write_bed([(0.0, -0.5), (0.4, -0.5), (0.4, -0.3), (1.0, -0.3)], tmp_path / "bed.stl")
+    mesh = trimesh.load_mesh(tmp_path / "bed.stl")
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(2 * (0.4 * 1.0 + 0.6 * 1.2), rel=1e-6)
+
+
+@pytest.mark.skipif("SPINDRIFT_REFERENCE" not in os.environ, reason="needs the folder of the full records")
+def test_the_table_of_the_short_box_agrees_with_the_full_record():
+    [file] = Path(os.environ["SPINDRIFT_REFERENCE"]).rglob("kleefsman2005_full*.csv")
+    with open(file, encoding="utf-8") as lines:
+        record = np.array(list(csv.reader(lines))[1:], float)
+    for n in range(4):
+        full = impulse(record[:, 0], record[:, 1 + n], *short_box.SPAN)
+        table = impulse(short_box.TABLE[:, 0], short_box.TABLE[:, 1 + n].astype(float), *short_box.SPAN)
+        assert table == pytest.approx(full, rel=0.03)

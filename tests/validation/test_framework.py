@@ -1,0 +1,214 @@
+"""Rows, tables, plots and VALIDATION.md of `fsi validate`."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from cases.validation import NAMES, SOLVERS, choose, load
+from cases.validation.case import Case, Measure, Row
+from cases.validation.report import cells, headings, order, orders, seconds, shown, table
+from cases.validation.runner import run_case, scene_of
+from cases.validation.store import Store
+from fsi.commands import app
+from fsi.errors import SceneError
+
+KEYS = [
+    "case", "level", "solver", "spacing", "dimension", "particles", "steps", "time_step", "wall_seconds",
+    "simulated_seconds", "memory_bytes", "error", "target", "passed",
+]  # fmt: skip
+
+
+class Fall(Measure):
+    """Counts its samples and measures the speed of a falling block."""
+
+    interval = 0.01
+
+    def begin(self, sim):
+        self.samples = 0
+
+    def sample(self, sim):
+        self.samples += 1
+        self.speed = -sim.fluid.velocity[:, 1].mean() / (9.81 * sim.time)
+
+    def errors(self):
+        return {"fall_speed": self.speed - 1}
+
+
+def fall(target=1e-3, **numerics) -> Case:
+    def scene(spacing, folder):
+        return {
+            "duration": 0.1,
+            "tank": {"min": [0, -1], "max": [1, 1], "walls": ["z-"]},
+            "fluid": {"blocks": [{"min": [0.4, 0.5], "max": [0.6, 0.7]}]},
+            "numerics": numerics,
+        }
+
+    return Case("fall", "A block falls", "g t", {"coarse": 0.02, "medium": 0.01}, scene, Fall, {"fall_speed": target})
+
+
+def row(**facts) -> Row:
+    return Row(
+        **{
+            "case": "dam_front", "level": "coarse", "solver": "sweeps4", "spacing": 0.02, "dimension": 2,
+            "particles": 100, "steps": 10, "time_step": 0.1, "wall_seconds": 2.0, "simulated_seconds": 1.0,
+            "memory_bytes": 1000, "error": dict.fromkeys(load("dam_front").target, 0.0),
+            "target": dict(load("dam_front").target), "passed": True,
+        } | facts
+    )  # fmt: skip
+
+
+def test_a_run_gives_a_row_of_the_contract():
+    found, reason = run_case(fall(), "coarse", "sweeps4", threads=1)
+    assert list(found.as_dict()) == KEYS
+    assert reason == "" and found.passed
+    assert abs(found.error["fall_speed"]) < 1e-3
+    assert found.particles == 100 and found.spacing == 0.02 and found.dimension == 2
+    assert found.simulated_seconds == pytest.approx(0.1)
+    assert found.time_step * found.steps == pytest.approx(0.1)
+    assert found.wall_seconds > 0 and found.memory_bytes > 100 * 8 * 4
+    assert list(found.error) == list(found.target)
+
+
+def test_the_solver_changes_the_numerics_and_the_case_keeps_the_rest(tmp_path):
+    scene = scene_of(fall(sweeps=3, courant=0.1), "medium", "sweeps8", tmp_path)
+    assert scene.numerics.sweeps == 8 and scene.numerics.courant == 0.1
+    assert scene.spacing == 0.01
+
+
+def test_a_missed_target_and_a_failed_run_are_not_passed():
+    missed, _ = run_case(fall(target=0.0), "coarse", "sweeps4", threads=1)
+    assert not missed.passed
+    failed, reason = run_case(unstable(), "coarse", "sweeps4", threads=1)
+    assert "unstable" in reason
+    assert failed.error == {"anything": None} and not failed.passed
+    assert cells(failed)[-2:] == ["failed !", "MISSED"]
+
+
+def unstable() -> Case:
+    def scene(spacing, folder):
+        block = {"min": [0, 0], "max": [0.5, 1]}
+        return {
+            "duration": 1.0,
+            "tank": {"min": [0, 0], "max": [2, 3]},
+            "fluid": {"blocks": [block]},
+            "numerics": {"fixed_time_step": 0.05},
+        }
+
+    return Case("unstable", "Too large a time step", "", {"coarse": 0.05}, scene, Measure, {"anything": 1.0})
+
+
+def test_a_measure_samples_at_its_interval():
+    measures = []
+
+    def watched(sim):
+        measures.append(Fall(sim))
+        return measures[-1]
+
+    found, _ = run_case(replace(fall(max_time_step=0.003), measure=watched), "coarse", "sweeps4", threads=1)
+    assert found.steps > 30
+    assert 8 <= measures[0].samples <= 10
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_case_has_valid_scenes_at_rising_resolution(name, tmp_path):
+    case = load(name)
+    assert case.name == name and case.title and case.reference and case.target
+    spacings = [scene_of(case, level, "sweeps4", tmp_path).spacing for level in ("coarse", "medium", "paper")]
+    assert spacings == sorted(spacings, reverse=True) and len(set(spacings)) == 3
+
+
+def test_cases_are_chosen_by_name_or_pattern():
+    assert [case.name for case in choose(["dam_front"])] == ["dam_front"]
+    assert {case.name for case in choose(["still_*"])} == {name for name in NAMES if name.startswith("still_")}
+    assert len(choose([])) == len(NAMES)
+    with pytest.raises(SceneError, match="no validation case 'dam'"):
+        choose(["dam"])
+
+
+def test_orders_of_convergence():
+    spacing = np.array([0.04, 0.02, 0.01])
+    assert order(spacing, 3 * spacing**2) == pytest.approx(2)
+    case = load("dam_front")
+    rows = [
+        row(level=level, spacing=dr, error=dict.fromkeys(case.target, 0.0) | {"front_speed": dr, "front_curve": sign})
+        for level, dr, sign in (("coarse", 0.02, 0.1), ("medium", 0.01, -0.1))
+    ]
+    assert orders(case, rows) == {"sweeps4": {"front_speed": pytest.approx(1)}}
+    assert orders(case, rows[:1]) == {}
+
+
+def test_errors_are_shown_in_their_units():
+    assert shown("pressure_l2", 0.00123) == "0.123 %"
+    assert shown("peak_time_s", -0.02) == "-0.02 s"
+    assert shown("draft_m", 0.5) == "0.5 m"
+    assert seconds(12.34) == "12.3 s" and seconds(600) == "10.0 min"
+
+
+def test_the_table_marks_what_misses_its_target():
+    case = load("dam_front")
+    bad = row(error=dict.fromkeys(case.target, 0.0) | {"energy_loss": 0.5}, passed=False)
+    assert len(cells(bad)) == len(headings(case))
+    assert "50 % !" in cells(bad) and cells(bad)[-1] == "MISSED"
+    assert not any("!" in cell for cell in cells(row())) and cells(row())[-1] == "met"
+    assert table(case, [bad, row()]).row_count == 2 * len(case.target)
+
+
+def test_the_store_keeps_the_latest_of_each_row(tmp_path):
+    store = Store.choose(tmp_path)
+    store.add(row(wall_seconds=1.0), threads=1)
+    store.add(row(solver="explicit"), threads=1)
+    store.add(row(wall_seconds=780.0, passed=False), threads=1)
+    again = Store.choose(tmp_path)
+    assert [(r.row.solver, r.row.wall_seconds) for r in again.results] == [("explicit", 2.0), ("sweeps4", 780.0)]
+    text = (tmp_path / "VALIDATION.md").read_text()
+    assert text == again.markdown()
+    assert "13.0 min" in text and "Targets missed: dam_front (coarse, sweeps4)" in text
+    assert "2 rows, 1 meet their targets" in text and again.results[0].machine in text
+    assert (tmp_path / "dam_front.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_rows_of_an_older_definition_are_dropped(tmp_path):
+    store = Store.choose(tmp_path)
+    store.add(row(target=dict.fromkeys(load("dam_front").target, 9.0)), threads=1)
+    assert Store.choose(tmp_path).results == []
+    store.file.write_text('[{"case": "dam_front"}]')
+    with pytest.raises(SceneError, match="not a file of results"):
+        Store.choose(tmp_path)
+
+
+def test_the_command_end_to_end(tmp_path):
+    run = CliRunner().invoke(app, ["validate", "dam_front", "--out", str(tmp_path), "--threads", "1", "--json", "--quiet"])
+    assert run.exit_code == 0
+    (found,) = json.loads(run.stdout)
+    assert list(found) == KEYS and found["case"] == "dam_front" and found["level"] == "coarse"
+    assert all(math.isfinite(value) for value in found["error"].values())
+    assert found["passed"] == all(abs(found["error"][k]) <= v for k, v in found["target"].items())
+    assert abs(found["error"]["front_speed"]) < 0.1 and found["error"]["leaks"] == 0
+    assert {file.name for file in tmp_path.iterdir()} == {"results.json", "dam_front.png", "VALIDATION.md"}
+    assert "| coarse | sweeps4 |" in (tmp_path / "VALIDATION.md").read_text()
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["nothing"], "no validation case 'nothing'"),
+        (["dam_front", "--level", "fine"], "choose from coarse, medium, paper"),
+        (["dam_front", "--solver", "magic"], f"choose from {', '.join(SOLVERS)}"),
+    ],
+)
+def test_a_wrong_choice_ends_with_code_2(arguments, message, tmp_path):
+    run = CliRunner().invoke(app, ["validate", *arguments, "--out", str(tmp_path)])
+    assert run.exit_code == 2 and message in run.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["still_water", "standing_wave", "elliptical_drop", "wavemaker_2", "tall_column"])
+def test_cheap_cases_give_all_their_errors(name):
+    found, reason = run_case(load(name), "coarse", "sweeps4", threads=1)
+    assert reason == ""
+    assert set(found.error) == set(found.target) and None not in found.error.values()
