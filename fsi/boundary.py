@@ -18,13 +18,14 @@ from fsi.terms import closeness, kernel, laplacian_weight, pressure_gradient, sl
 
 
 @cache
-def make_weights(lanes: int, dim: int, laminar: bool):
-    """Once a step: sum W and sum W x_bj of each boundary particle into `weights` (b, 1 + DIM), and the viscous force of
-    the fluid on it into `force` (b, DIM), the exact opposite of its forces on the fluid."""
+def make_weights(lanes: int, dim: int, no_slip: bool):
+    """Once a step: sum W and sum W x_bj of each boundary particle into `weights` (b, 1 + DIM). With `no_slip` the
+    velocity of its row in `flow` becomes 2 u_b - sum W u_j / sum W, so that the fluid's velocity between the two is
+    the wall's (Adami et al. 2012, eq. 22-23)."""
     L, DIM = lanes, dim
 
-    @compiled(lanes, dim, laminar)
-    def collect(counter, bounds, groups, first, flow, weights, force, k):
+    @compiled(lanes, dim, no_slip)
+    def collect(counter, bounds, groups, first, flow, weights, k):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((1 + 2 * DIM) * L, flow.dtype)
         while True:
@@ -35,31 +36,62 @@ def make_weights(lanes: int, dim: int, laminar: bool):
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
                 x_i = own_vector(flow, s, 0, L, DIM)
-                total, lever, drag = zero(flow, L), zero_vector(flow, L, DIM), zero_vector(flow, L, DIM)
-                if laminar:
-                    u_i = own_vector(flow, s, DIM, L, DIM)
+                total, lever, carried = zero(flow, L), zero_vector(flow, L, DIM), zero_vector(flow, L, DIM)
                 for n in range(base + span[g, 0], base + span[g, 1]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    t = closeness(r2, k.inverse_support)
-                    w = kernel(t)
+                    w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
                     total = total + w
                     lever = lever + x_ij * w
-                    if laminar:
-                        a = laplacian_weight(slope(t), r2, k.eta2)
-                        drag = drag + viscous(a, u_i - other_vector(flow, j, DIM, L, DIM))
+                    if no_slip:
+                        carried = carried + other_vector(flow, j, DIM, L, DIM) * w
                 store(t_, 0, total)
                 store(t_, L, lever)
-                store(t_, (1 + DIM) * L, drag)
+                store(t_, (1 + DIM) * L, carried)
                 for i in range(s, e):
                     b, m = i - first, i - s
                     weights[b, 0] = t_[m]
                     for d in range(DIM):
                         weights[b, 1 + d] = t_[(1 + d) * L + m]
-                        force[b, d] = -k.mass * k.viscous_factor * t_[(1 + DIM + d) * L + m]
+                        if no_slip and t_[m] > 0.0:
+                            flow[i, DIM + d] = 2.0 * flow[i, DIM + d] - t_[(1 + DIM + d) * L + m] / t_[m]
 
     return collect
+
+
+@cache
+def make_drag(lanes: int, dim: int):
+    """Viscous force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM): the exact
+    opposite of its forces on the fluid at a no-slip wall."""
+    L, DIM = lanes, dim
+
+    @compiled(lanes, dim)
+    def drag(counter, bounds, groups, first, flow, owner, least, force, k):
+        offset, count, group, span, list_offset, lst = groups
+        t_ = np.empty(DIM * L, flow.dtype)
+        while True:
+            c = claim(counter)
+            if c >= bounds.size - 1:
+                break
+            base = list_offset[c]
+            for g in range(offset[c], offset[c] + count[c]):
+                s, e = group[g], group[g + 1]
+                if owner[s - first : e - first].max() < least:
+                    continue
+                x_i, u_i = own_vector(flow, s, 0, L, DIM), own_vector(flow, s, DIM, L, DIM)
+                total = zero_vector(flow, L, DIM)
+                for n in range(base + span[g, 0], base + span[g, 1]):
+                    j = at(lst, n)
+                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
+                    r2 = dot(x_ij, x_ij)
+                    a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+                    total = total + viscous(a, u_i - other_vector(flow, j, DIM, L, DIM))
+                store(t_, 0, total)
+                for i in range(s, e):
+                    for d in range(DIM):
+                        force[i - first, d] = -k.mass * k.viscous_factor * t_[d * L + i - s]
+
+    return drag
 
 
 @cache

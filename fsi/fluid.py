@@ -89,7 +89,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
         divergence_factor=slope * volume,
         laplacian_factor=2 * slope * mass / rho**2,
         gradient_factor=slope * mass / rho**2,
-        viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume,
+        viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
         artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
@@ -139,13 +139,15 @@ class Fluid:
         """Compile what this scene needs."""
         L, D, numerics = self.lanes, self.dim, self.scene.numerics
         laminar = numerics.viscosity == "laminar" and self.scene.fluid.kinematic_viscosity > 0
+        viscosity = numerics.wall_slip if laminar else "none"
         shifted = numerics.shifting > 0
-        self._predictor = sweeps.make_predictor(L, D, laminar, numerics.artificial_viscosity > 0, shifted)
+        self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted)
         self._source = sweeps.make_source(L, D)
         self._jacobi = sweeps.make_jacobi(L, D)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
-        self._weights = boundary.make_weights(L, D, laminar)
+        self._no_slip = viscosity == "no_slip"
+        self._weights = boundary.make_weights(L, D, self._no_slip)
         self._extrapolation = boundary.make_extrapolation(L, D)
 
     def _allocate(self) -> None:
@@ -246,18 +248,15 @@ class Fluid:
 
     def predict(self) -> None:
         """Trial velocities and the coefficients of the pressure equation."""
+        if self._solids:
+            near = self._boundary_near
+            self.team.run(self._weights, near.bounds, near.groups, self.count, self._flow, self._shepard, self.k)
         near = self._near
         self.team.run(
             self._predictor, near.bounds, near.groups, self._flow, self._trial, self.velocity, self._coefficients,
             self.fall, self.k, self.dtype(self.dt),
         )  # fmt: skip
         self.periodic.mirror(self._trial, slice(self.dim + 1, None))
-        if self._solids:
-            near = self._boundary_near
-            self.team.run(
-                self._weights, near.bounds, near.groups, self.count, self._flow, self._shepard, self._viscous_force,
-                self.k,
-            )  # fmt: skip
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
@@ -370,8 +369,13 @@ class Fluid:
     def wrench(self, viscous: bool = False, walls: bool = False) -> np.ndarray:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
         wrench = self._wrenches(self._field, 1, least=0 if walls else 1)[0]
-        if viscous and self._solids:
-            self._add_wrenches(self._viscous_force, wrench)
+        if viscous and self._no_slip and self._solids:
+            near, least = self._boundary_near, 0 if walls else 1
+            self.team.run(
+                boundary.make_drag(self.lanes, self.dim), near.bounds, near.groups, self.count, self._flow,
+                self._sorted_owner[: self._solids], least, self._viscous_force, self.k,
+            )  # fmt: skip
+            self._add_wrenches(self._viscous_force, wrench, least)
         return wrench
 
     def _wrenches(self, rows: np.ndarray, columns: int, least: int = 1) -> np.ndarray:

@@ -32,12 +32,14 @@ def gradient_factor(r, h: float, dim: int):
 class Lattice:
     """Sums over the neighbours on a perfect lattice of this spacing.
 
-    density: sum W (self included) [1/m^dim]; laplacian: sum F r^2 / (r^2 + eta^2) [1/m^(dim + 2)];
+    density: sum W (self included) [1/m^dim]; laplacian: sum a with a = F r^2 / (r^2 + eta^2) [1/m^(dim + 2)];
+    second_moment: V sum a x^2, which a Laplacian without error on a quadratic field would have at 1;
     surface_factor: weight of the missing part of the support at a flat free surface (see `surface_weight`).
     """
 
     density: float
     laplacian: float
+    second_moment: float
     surface_factor: float
 
 
@@ -47,7 +49,8 @@ def lattice(spacing: float, h: float, dim: int) -> Lattice:
     grid = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), -1).reshape(-1, dim)
     r = np.sqrt((grid**2).sum(1))
     weight = gradient_factor(r, h, dim) * r**2 / (r**2 + (0.1 * h) ** 2)
-    return Lattice(value(r, h, dim).sum(), weight.sum(), surface_weight(grid[:, -1], weight, spacing))
+    second = spacing**dim * (weight * grid[:, 0] ** 2).sum()
+    return Lattice(value(r, h, dim).sum(), weight.sum(), second, surface_weight(grid[:, -1], weight, spacing))
 
 
 def surface_weight(z: np.ndarray, weight: np.ndarray, spacing: float) -> float:

@@ -187,6 +187,7 @@ class Numerics(Part):
     sweeps: Annotated[int, Field(ge=1, le=64)] = 4  # Jacobi sweeps of the pressure per step
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"
+    wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
     shifting: NonNegative = 0.0  # A of the particle shift A h |u| dt grad C (Skillen et al. 2013); 2 to 6, 0 is off

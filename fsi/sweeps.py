@@ -38,7 +38,7 @@ class Constants(NamedTuple):
     divergence_factor: float  # C V
     laplacian_factor: float  # 2 C m / rho^2
     gradient_factor: float  # C m / rho^2
-    viscous_factor: float  # 2 nu C V
+    viscous_factor: float  # 2 nu C V over the lattice's second moment
     artificial_factor: float  # alpha c h C V
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface
@@ -60,14 +60,15 @@ def surface_gate(position_divergence):
 
 
 @cache
-def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool, shifted: bool):
+def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool):
     """Viscosity and gravity (`fall`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
-    deficit of the density against the lattice's."""
+    deficit of the density against the lattice's. `viscosity`: "none", "no_slip" where walls drag, "free_slip"."""
     L, DIM = lanes, dim
     U = dim + 1
+    no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
 
-    @compiled(lanes, dim, laminar, artificial, shifted)
+    @compiled(lanes, dim, viscosity, artificial, shifted)
     def predict(counter, bounds, groups, flow, trial, velocity, coefficients, fall, k, dt):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((3 + DIM) * L, flow.dtype)
@@ -91,17 +92,19 @@ def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool, shifte
                     weight = weight + a
                     density = density + kernel(t)
                     spread = spread + f * r2
-                    if laminar:
-                        u_ij = u_i - other_vector(flow, j, DIM, L, DIM)
-                        force = force + viscous(a, u_ij) * k.viscous_factor
-                if artificial:
+                    if no_slip:
+                        force = force + viscous(a, u_i - other_vector(flow, j, DIM, L, DIM)) * k.viscous_factor
+                if artificial or free_slip:
                     for n in range(base + span[g, 0], base + span[g, 1]):
                         j = at(lst, n)
                         x_ij = x_i - other_vector(flow, j, 0, L, DIM)
                         u_ij = u_i - other_vector(flow, j, DIM, L, DIM)
                         r2 = dot(x_ij, x_ij)
                         f = slope(closeness(r2, k.inverse_support))
-                        force = force + artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
+                        if artificial:
+                            force = force + artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
+                        if free_slip:
+                            force = force + viscous(laplacian_weight(f, r2, k.eta2), u_ij) * k.viscous_factor
                 store(t_, 0, weight)
                 store(t_, L, density)
                 store(t_, 2 * L, spread)
@@ -109,14 +112,14 @@ def make_predictor(lanes: int, dim: int, laminar: bool, artificial: bool, shifte
                 for i in range(s, e):
                     m = i - s
                     a_ii = k.laplacian_factor * t_[m]
-                    gate = surface_gate(k.divergence_factor * t_[2 * L + m] / DIM)
+                    filled = k.divergence_factor * t_[2 * L + m] / DIM
+                    gate = surface_gate(filled)
                     missing = max(0.0, k.lattice_laplacian - a_ii)
                     deficit = 1.0 - k.density_factor * t_[L + m]
                     coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
-                    if shifted:
-                        filled = k.divergence_factor * t_[2 * L + m] / DIM
-                        coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04))
                     coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
+                    if shifted:
+                        coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04))
                     for d in range(DIM):
                         velocity[i, d] += dt * (fall[d] - t_[(3 + d) * L + m])
                         trial[i, U + d] = velocity[i, d]

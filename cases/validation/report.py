@@ -110,7 +110,7 @@ def plot(case: Case, rows: Sequence[Row], file: Path) -> None:
     require("matplotlib", "report", "the plots of fsi validate")
     from matplotlib.figure import Figure
 
-    columns = min(3, len(case.target))
+    columns = 2 if len(case.target) == 4 else min(3, len(case.target))
     lines = math.ceil(len(case.target) / columns)
     figure = Figure(figsize=(4.2 * columns, 3.4 * lines), layout="constrained")
     panels = figure.subplots(lines, columns, squeeze=False).ravel()

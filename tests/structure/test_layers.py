@@ -80,11 +80,12 @@ assert not {"bodies", "couplers", "cases"} & set(sys.modules)
 fluid = sim.fluid
 used = {fluid._predictor, fluid._source, fluid._jacobi, fluid._corrector, fluid._weights, fluid._extrapolation}
 assert all(len(kernel.signatures) == 1 for kernel in used)
-assert fluid._predictor is sweeps.make_predictor(8, 2, False, False)  # no viscosity of either kind
-assert fluid._corrector is sweeps.make_corrector(8, 2, False, False)  # no guard, no sponge
+assert fluid._predictor is sweeps.make_predictor(8, 2, "none", False, False)  # no viscosity of either kind, no shift
+assert fluid._corrector is sweeps.make_corrector(8, 2, False, False, False)  # no guard, no sponge, no shift
 assert fluid._weights is boundary.make_weights(8, 2, False)
 for factory, made in ((sweeps.make_predictor, 1), (sweeps.make_corrector, 1), (sweeps.make_echo, 0),
-                      (boundary.make_weights, 1), (boundary.make_extrapolation, 1), (boundary.make_force, 0)):
+                      (boundary.make_weights, 1), (boundary.make_extrapolation, 1), (boundary.make_force, 0),
+                      (boundary.make_drag, 0)):
     assert factory.cache_info().currsize == made, factory
 assert fluid._echoes == []
 """
