@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,7 +86,8 @@ class TablePiston:
 def read_motion_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     """Columns time [s] and position of a comma-separated file with one header line. Raises SceneError."""
     try:
-        rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+        with warnings.catch_warnings(action="ignore"):  # an empty table is refused below
+            rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
     except (OSError, ValueError) as fault:
         raise SceneError(str(fault), file=file, fix="give two comma-separated columns under one header line") from None
     if rows.shape[1] != 2 or len(rows) < 3 or (np.diff(rows[:, 0]) <= 0).any():

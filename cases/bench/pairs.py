@@ -1,0 +1,44 @@
+"""Pairs of particles, counted: those inside the kernel's support, and those that the sweeps process for them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from fsi.cells import CellSort
+from fsi.fluid import Fluid
+from fsi.neighbours import Neighbours, W
+from fsi.threads import Team
+
+
+@njit(nogil=True, cache=True)
+def _count(offset, count, group, span, list_offset, lst, xs, support2):
+    """Entries of the lists, and pairs (i, j) with i != j closer than the support."""
+    entries, inside = 0, 0
+    for c in range(count.size):
+        for g in range(offset[c], offset[c] + count[c]):
+            first, last = list_offset[c] + span[g, 0], list_offset[c] + span[g, 2]
+            entries += last - first
+            for n in range(first, last):
+                j = lst[n]
+                for i in range(group[g], group[g + 1]):
+                    r2 = np.float32(0)
+                    for d in range(xs.shape[0]):
+                        r2 += (xs[d, i] - xs[d, j]) ** 2
+                    inside += i != j and r2 < support2
+    return entries, inside
+
+
+def pair_counts(fluid: Fluid) -> dict[str, float]:
+    """Of a fluid without boundary, per particle: `neighbours` inside the support and `entries` of the lists. An entry is
+    processed for all lanes of a group, so that the sweeps process entries * lanes pairs for neighbours + 1."""
+    team, n = Team(1), fluid.count
+    support = 2 * fluid.scene.smoothing_length
+    sort = CellSort(fluid.grid, n, team)
+    order = sort.update(fluid.position)
+    xs = np.zeros((fluid.dim, n + W), np.float32)
+    xs[:, :n] = (fluid.position[order] - fluid.grid.lower).T
+    near = Neighbours(fluid.lanes, fluid.dim, fluid.scene.spacing, support, team)
+    near.update(sort, 0, xs, [(sort, 0)])
+    entries, inside = _count(*near.groups, xs, np.float32(support**2))
+    return {"neighbours": inside / n, "entries": entries / n}
