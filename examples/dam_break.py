@@ -19,7 +19,7 @@ scene = fsi.Scene(
 
 if __name__ == "__main__":
     until = float(sys.argv[1]) if len(sys.argv) > 1 else scene.duration
-    run = fsi.run(scene, out="runs/dam_break_example", until=until)
+    run = fsi.run(scene, until=until)
     data = run.load()
     energy = (data.kinetic_energy + data.potential_energy) / float(data.potential_energy[0])
     speed = float(data.max_speed.where(data.time < 0.45).max()) / np.sqrt(9.81 * HEIGHT)

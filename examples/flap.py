@@ -21,7 +21,7 @@ scene = fsi.Scene(
 
 if __name__ == "__main__":
     until = float(sys.argv[1]) if len(sys.argv) > 1 else scene.duration
-    run = fsi.run(scene, out="runs/flap_example", until=until)
+    run = fsi.run(scene, until=until)
     data = run.load()
     pitch = np.degrees(data.joint_position.sel(joint="hinge"))
     last = pitch[data.time > until - 2 * PERIOD]

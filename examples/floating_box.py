@@ -27,7 +27,7 @@ if __name__ == "__main__":
         tank={"min": (-0.8, -0.8, -0.48), "max": (0.8, 0.8, 0.4)},
         bodies={"box": {"mjcf": "floating_box.xml"}},
     )
-    run = fsi.run(scene, out="runs/floating_box_example")
+    run = fsi.run(scene)
     height = run.load().body_position.sel(body="box", axis="z")
     draft = HEIGHT / 2 - float(height[len(height) // 2 :].mean())
     print(f"draft {draft:.3f} m over the second half of the run; Archimedes, in an endless sea: {DRAFT:.3f} m")
