@@ -150,7 +150,7 @@ def cases(as_json: AsJson = False) -> None:
 @app.command()
 def validate(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[CASE]...", help="Cases, or patterns such as 'still_*'; all if none.")
+        list[str] | None, typer.Argument(metavar="CASE", help="Cases, or patterns such as 'still_*'; all if none.")
     ] = None,
     level: Annotated[
         list[str] | None,

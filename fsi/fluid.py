@@ -16,10 +16,10 @@ from fsi.lanes import claim
 from fsi.layout import Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
+from fsi.pressure import HIGHEST, SOUND, chebyshev, iteration
 from fsi.scene import Scene
 from fsi.threads import Team
 
-SOUND = 0.378  # sound speed of one Jacobi sweep a step, c = 0.378 h / dt, from sum a_ij = 7 / (rho h^2)
 
 
 @njit(nogil=True, cache=True)
@@ -80,7 +80,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
     numerics = scene.numerics
     relaxation = numerics.density_relaxation
     if relaxation is None:
-        relaxation = numerics.sweeps * (SOUND * h * math.pi / (2 * depth)) ** 2 / 2
+        relaxation = iteration(numerics).gain * (SOUND * h * math.pi / (2 * depth)) ** 2 / 2
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
     values = sweeps.Constants(
         inverse_support=0.5 / h,
@@ -114,6 +114,7 @@ class Fluid:
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = 8 if scene.numerics.precision == "single" else 4
         self.depth = layout.depth
+        self.iteration = iteration(scene.numerics)
         self.k = sweep_constants(scene, layout.depth, self.dtype)
         self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
         self.pressure_values = layout.pressure.astype(self.dtype)
@@ -143,7 +144,7 @@ class Fluid:
         shifted = numerics.shifting > 0
         self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted)
         self._source = sweeps.make_source(L, D)
-        self._jacobi = sweeps.make_jacobi(L, D)
+        self._sweep = sweeps.make_sweep(L, D)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
         self._no_slip = viscosity == "no_slip"
@@ -265,45 +266,37 @@ class Fluid:
         near = self._near
         self.team.run(
             self._source, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.k,
-            self.dtype(self.dt),
+            self.dtype(self.dt), self.dtype(self.iteration.weights[0][0]),
         )  # fmt: skip
         if self.closed:
             self._balance()
         self.periodic.mirror(self._field, slice(self.dim, None))
-        field, twin = self._field, self._twin
-        for _ in range(self.scene.numerics.sweeps - 1):
-            self._extrapolate(field)
-            self._sweep(field, twin)
-            field, twin = twin, field
-        self._field, self._twin = field, twin
-        self._extrapolate(field)
+        if len(self.iteration.weights) > 1:
+            self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
+        for alpha, beta in self.iteration.weights[1:]:
+            self._extrapolate(self._field)
+            self._advance_pressure(alpha, beta)
+        self._extrapolate(self._field)
         return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
     def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> int:
-        """Solve the pressure equation at the start, for fluid released from its initial state: Jacobi sweeps with
-        Chebyshev acceleration (Golub & Varga 1961) until a sweep changes the pressure by less than tolerance times its
-        maximum. Follows `begin`; leaves the velocities as they were. Returns the number of sweeps."""
+        """Solve the pressure equation at the start, for fluid released from its initial state: sweeps until one changes
+        the pressure by less than tolerance times its maximum. Follows `begin`; leaves the velocities as they were.
+        Returns the number of sweeps."""
         velocity = self.velocity.copy()
+        slowest = (SOUND * self.scene.smoothing_length * math.pi / (2 * self.depth)) ** 2
+        span = HIGHEST / min(slowest, 0.5)
         self.predict()
         self.pressure(acceleration)
         n, P = self.count, self.dim
-        field, twin = self._field, self._field.copy()
-        before = field[:n, P].copy()
-        slowest = (SOUND * self.scene.smoothing_length * math.pi / (2 * self.depth)) ** 2 / 2
-        radius2 = (1 - min(slowest, 0.5)) ** 2
-        weight, sweep = 1.0, 0
-        for sweep in range(1, most + 1):
-            self._extrapolate(field)
-            self._sweep(field, twin)
-            weight = 1 / (1 - 0.5 * radius2) if sweep == 2 else 1 / (1 - 0.25 * radius2 * weight) if sweep > 2 else 1.0
-            new = weight * (twin[:n, P] - before) + before
-            change = np.abs(new - field[:n, P]).max()
-            before[:] = field[:n, P]
-            field[:n, P] = new
-            if change <= tolerance * np.abs(new).max():
+        self._twin = self._field.copy()
+        for sweep, (alpha, beta) in enumerate(chebyshev(most, span).weights, 1):
+            self._extrapolate(self._field)
+            self._advance_pressure(alpha, beta)
+            change = np.abs(self._field[:n, P] - self._twin[:n, P]).max()
+            if change <= tolerance * np.abs(self._field[:n, P]).max():
                 break
-        self._field = field
-        self.pressure_values[:] = field[:n, P]
+        self.pressure_values[:] = self._field[:n, P]
         self.velocity[:] = velocity
         return sweep
 
@@ -325,17 +318,17 @@ class Fluid:
         extrapolation = boundary.make_extrapolation(self.lanes, P, m, everywhere=False)
         echo = sweeps.make_echo(self.lanes, P, m)
         near, shore = self._near, self._boundary_near
-        for sweep in range(self.scene.numerics.sweeps + 1):
-            self.team.run(
-                extrapolation, shore.bounds, shore.groups, self.count, field, self._shepard, lift, self.k, low, high
-            )
-            if sweep == self.scene.numerics.sweeps:
-                break
+        wall = shore.bounds, shore.groups, self.count
+        self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
+        for alpha, beta in self.iteration.weights:
             low, high = low - reach, high + reach
-            self.team.run(echo, near.bounds, near.groups, field, twin, self._coefficients, self.k, low, high)
-            self.periodic.mirror(twin, slice(P, None))
-            low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
+            self.team.run(
+                echo, near.bounds, near.groups, field, twin, self._coefficients, self.k,
+                self.dtype(alpha), self.dtype(beta), low, high,
+            )  # fmt: skip
             field, twin = twin, field
+            low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
+            self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
         return np.ascontiguousarray(field[:n, P:].T), self._wrenches(field, m)
 
     def add(self, response: np.ndarray, factor: float) -> None:
@@ -428,10 +421,15 @@ class Fluid:
         field[:, self.dim] += mean / coefficients[:, sweeps.DIAGONAL]
         field[:, self.dim] -= field[real, self.dim].mean()
 
-    def _sweep(self, field, new) -> None:
+    def _advance_pressure(self, alpha: float, beta: float) -> None:
+        """One sweep (`fsi.pressure`)."""
         near = self._near
-        self.team.run(self._jacobi, near.bounds, near.groups, field, new, self._coefficients, self.k)
-        self.periodic.mirror(new, slice(self.dim, None))
+        self.team.run(
+            self._sweep, near.bounds, near.groups, self._field, self._twin, self._coefficients, self.k,
+            self.dtype(alpha), self.dtype(beta),
+        )  # fmt: skip
+        self.periodic.mirror(self._twin, slice(self.dim, None))
+        self._field, self._twin = self._twin, self._field
 
     def _box_of(self, owners) -> tuple[np.ndarray, np.ndarray]:
         """The box around the boundary particles of these owners, relative to the grid; an empty one without any."""

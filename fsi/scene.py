@@ -184,6 +184,7 @@ class Numerics(Part):
     """The scheme; every figure's reason is in docs/numerics.md."""
 
     smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 1.5  # smoothing length / spacing
+    solver: Literal["explicit", "chebyshev"] = "explicit"  # weights of the pressure sweeps (`fsi.pressure`)
     sweeps: Annotated[int, Field(ge=1, le=64)] = 4  # Jacobi sweeps of the pressure per step
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"

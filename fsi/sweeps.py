@@ -129,13 +129,13 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
 
 @cache
 def make_source(lanes: int, dim: int):
-    """The source of the pressure equation, div u*/dt + gamma (1 - rho/rho_lattice)/dt^2, and its first Jacobi sweep:
-    p_i = (sum a_ij p_j - s_i) / a_ii."""
+    """The source of the pressure equation, div u*/dt + gamma (1 - rho/rho_lattice)/dt^2, and its first sweep, from the
+    pressures of `trial` into `field`: p + alpha (J(p) - p), J(p) = (sum a_ij p_j - s_i) / a_ii (`fsi.pressure`)."""
     L, DIM = lanes, dim
     P, U = dim, dim + 1
 
     @compiled(lanes, dim)
-    def source(counter, bounds, groups, trial, field, coefficients, k, dt):
+    def source(counter, bounds, groups, trial, field, coefficients, k, dt, alpha):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(2 * L, trial.dtype)
         while True:
@@ -160,19 +160,21 @@ def make_source(lanes: int, dim: int):
                     m = i - s
                     s_i = k.divergence_factor * t_[m] / dt + k.relaxation * coefficients[i, DEFICIT] / (dt * dt)
                     coefficients[i, SOURCE] = s_i
-                    field[i, P] = (k.laplacian_factor * t_[L + m] - s_i) / coefficients[i, DIAGONAL]
+                    p, jacobi = trial[i, P], (k.laplacian_factor * t_[L + m] - s_i) / coefficients[i, DIAGONAL]
+                    field[i, P] = p + alpha * (jacobi - p)
 
     return source
 
 
 @cache
-def make_jacobi(lanes: int, dim: int):
-    """One more Jacobi sweep, from the pressures of `field` into `new`."""
+def make_sweep(lanes: int, dim: int):
+    """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
+    beta (p - p_before)."""
     L, DIM = lanes, dim
     P = dim
 
     @compiled(lanes, dim)
-    def jacobi(counter, bounds, groups, field, new, coefficients, k):
+    def sweep(counter, bounds, groups, field, new, coefficients, k, alpha, beta):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(L, field.dtype)
         while True:
@@ -192,21 +194,22 @@ def make_jacobi(lanes: int, dim: int):
                     pull = pull + laplacian_weight(f, r2, k.eta2) * other(field, j, P, L)
                 store(t_, 0, pull)
                 for i in range(s, e):
-                    p = k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]
-                    new[i, P] = p / coefficients[i, DIAGONAL]
+                    jacobi = (k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
+                    p = field[i, P]
+                    new[i, P] = p + alpha * (jacobi - p) + beta * (p - new[i, P])
 
-    return jacobi
+    return sweep
 
 
 @cache
 def make_echo(lanes: int, dim: int, columns: int):
-    """The Jacobi sweep without source, for the response of the pressure to motions of the boundary: several columns of
+    """The sweep without source, for the response of the pressure to motions of the boundary: several columns of
     pressures at once, in the groups that touch the box `low` to `high`."""
     L, DIM, M = lanes, dim, columns
     P = dim
 
     @compiled(lanes, dim, columns)
-    def echo(counter, bounds, groups, field, new, coefficients, k, low, high):
+    def echo(counter, bounds, groups, field, new, coefficients, k, alpha, beta, low, high):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(M * L, field.dtype)
         while True:
@@ -229,7 +232,8 @@ def make_echo(lanes: int, dim: int, columns: int):
                 store(t_, 0, pull)
                 for i in range(s, e):
                     for m in range(M):
-                        new[i, P + m] = k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
+                        p, jacobi = field[i, P + m], k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
+                        new[i, P + m] = p + alpha * (jacobi - p) + beta * (p - new[i, P + m])
 
     return echo
 

@@ -1,7 +1,6 @@
 """The time step and its reasons.
 
-One Jacobi sweep a step makes the pressure travel at c = 0.378 h sqrt(sweeps) / dt, so dt sets the numerical Mach number;
-besides, no particle may move or accelerate through a good part of its support in a step, and the explicit viscous term has
+The pressure travels at c = 0.378 h sqrt(gain) / dt (`fsi.pressure`), so dt sets the numerical Mach number; besides, no particle may move or accelerate through a good part of its support in a step, and the explicit viscous term has
 its own limit (Morris et al. 1997, eq. 19-21).
 """
 
@@ -10,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fsi.fluid import SOUND
+from fsi.pressure import SOUND, iteration
 from fsi.scene import Scene
 
 GROWTH = 1.05  # a step is at most so much longer than the one before
@@ -31,7 +30,7 @@ class TimeStep:
         nu = self.scene.fluid.kinematic_viscosity if numerics.viscosity == "laminar" else 0.0
         over = lambda a, b: a / b if b > 0 else math.inf  # noqa: E731
         return {
-            "sound": over(SOUND * h * math.sqrt(numerics.sweeps) * numerics.mach, wave),
+            "sound": over(SOUND * h * math.sqrt(iteration(numerics).gain) * numerics.mach, wave),
             "speed": over(numerics.courant * h, speed),
             "acceleration": 0.25 * math.sqrt(over(h, acceleration)),
             "viscosity": over(0.125 * h * h, nu),

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from fsi.compiled import kernel
+from fsi.compiled import helper, kernel
 from fsi.lanes import load, sqrt, store
 
 TRIAD_BYTES = 24  # a number of a triad: two read and one written, in double precision (McCalpin 1995, STREAM)
@@ -17,41 +17,31 @@ CHAINS = 12  # independent sums, enough to hide the latency of a multiply-add
 
 
 @cache
-def make_multiply_add(lanes: int):
-    """n rounds of CHAINS independent multiply-adds on lanes."""
+def make_chains(lanes: int, root: bool, quotient: bool):
+    """n rounds of CHAINS independent roots, quotients or (with neither) multiply-adds on lanes."""
     L = lanes
 
-    @kernel(lanes)
-    def multiply_add(a, n):
+    @helper(lanes, root, quotient)
+    def turn(v, x, y):
+        if root:
+            return sqrt(v + x)
+        if quotient:
+            return x / (v + y)
+        return v * x + y
+
+    @kernel(lanes, root, quotient)
+    def chains(a, n):
         x, y = load(a, 0, L), load(a, L, L)
         c0, c1, c2, c3 = load(a, 2 * L, L), load(a, 3 * L, L), load(a, 4 * L, L), load(a, 5 * L, L)
         c4, c5, c6, c7 = load(a, 6 * L, L), load(a, 7 * L, L), load(a, 8 * L, L), load(a, 9 * L, L)
         c8, c9, c10, c11 = load(a, 10 * L, L), load(a, 11 * L, L), load(a, 12 * L, L), load(a, 13 * L, L)
         for _ in range(n):
-            c0, c1, c2, c3 = c0 * x + y, c1 * x + y, c2 * x + y, c3 * x + y
-            c4, c5, c6, c7 = c4 * x + y, c5 * x + y, c6 * x + y, c7 * x + y
-            c8, c9, c10, c11 = c8 * x + y, c9 * x + y, c10 * x + y, c11 * x + y
+            c0, c1, c2, c3 = turn(c0, x, y), turn(c1, x, y), turn(c2, x, y), turn(c3, x, y)
+            c4, c5, c6, c7 = turn(c4, x, y), turn(c5, x, y), turn(c6, x, y), turn(c7, x, y)
+            c8, c9, c10, c11 = turn(c8, x, y), turn(c9, x, y), turn(c10, x, y), turn(c11, x, y)
         store(a, 2 * L, (c0 + c1 + c2 + c3) + (c4 + c5 + c6 + c7) + (c8 + c9 + c10 + c11))
 
-    return multiply_add
-
-
-@cache
-def make_unary(lanes: int, root: bool):
-    """n rounds of CHAINS independent square roots, or quotients, on lanes."""
-    L = lanes
-
-    @kernel(lanes, root)
-    def unary(a, n):
-        x = load(a, 0, L)
-        for _ in range(n):
-            total = x
-            for chain in range(CHAINS):
-                v = load(a, chain * L, L)
-                total = total + (sqrt(v) if root else x / v)
-            store(a, CHAINS * L, total)
-
-    return unary
+    return chains
 
 
 @kernel()
@@ -71,9 +61,9 @@ def rates(precision: str, lanes: int, threads: int, seconds: float = 0.1) -> dic
         "precision": precision,
         "lanes": lanes,
         "threads": threads,
-        "flops_per_s": 2 * rate(make_multiply_add(lanes)),
-        "roots_per_s": rate(make_unary(lanes, True)),
-        "quotients_per_s": rate(make_unary(lanes, False)),
+        "flops_per_s": 2 * rate(make_chains(lanes, False, False)),
+        "roots_per_s": rate(make_chains(lanes, True, False)),
+        "quotients_per_s": rate(make_chains(lanes, False, True)),
     }
 
 
@@ -86,15 +76,17 @@ def bandwidth(threads: int, megabytes: int = 256, seconds: float = 0.2) -> dict:
 
 
 def limits(threads: int, lanes: dict[str, int], seconds: float = 0.1, megabytes: int = 256) -> dict[str, list[dict]]:
-    """Rows of `rates` for the lanes of the sweeps and twice as many, and of `bandwidth`, for one and for all threads."""
+    """Rows of `rates` for the lanes of the sweeps on one and on all threads, and for twice as many lanes on one; rows of
+    `bandwidth` for one and for all threads."""
     teams = sorted({1, threads})
+    kinds = [(1, t) for t in teams] + [(2, 1)]
     return {
-        "rates": [rates(p, n * w, t, seconds) for p, n in lanes.items() for w in (1, 2) for t in teams],
+        "rates": [rates(p, n * wider, t, seconds) for p, n in lanes.items() for wider, t in kinds],
         "bandwidth": [bandwidth(t, megabytes, 2 * seconds) for t in teams],
     }
 
 
-def _rounds_per_second(work: Callable, make_data: Callable, threads: int, seconds: float, repeats: int = 5) -> float:
+def _rounds_per_second(work: Callable, make_data: Callable, threads: int, seconds: float, repeats: int = 4) -> float:
     """Best rate of `work(*data, rounds)` over the repeats, summed over the threads, each with data of its own."""
     data = [make_data() for _ in range(threads)]
     clock = time.process_time if threads == 1 else time.perf_counter

@@ -8,4 +8,5 @@ SOLVERS: dict[str, dict] = {
     "sweeps4": {"sweeps": 4},
     "sweeps8": {"sweeps": 8},
     "half_step": {"mach": 0.1, "courant": 0.1},
+    "shifting": {"shifting": 6.0},
 }

@@ -78,7 +78,7 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
 assert not {"bodies", "couplers", "cases"} & set(sys.modules)
 
 fluid = sim.fluid
-used = {fluid._predictor, fluid._source, fluid._jacobi, fluid._corrector, fluid._weights, fluid._extrapolation}
+used = {fluid._predictor, fluid._source, fluid._sweep, fluid._corrector, fluid._weights, fluid._extrapolation}
 assert all(len(kernel.signatures) == 1 for kernel in used)
 assert fluid._predictor is sweeps.make_predictor(8, 2, "none", False, False)  # no viscosity of either kind, no shift
 assert fluid._corrector is sweeps.make_corrector(8, 2, False, False, False)  # no guard, no sponge, no shift
