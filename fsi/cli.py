@@ -115,6 +115,13 @@ def validate(
     return run_all(tuple(names), levels=tuple(levels), solvers=tuple(solvers), out=out, threads=threads, say=say)
 
 
+def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False):
+    """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
+    from cases.bench.run import bench as run_all
+
+    return run_all(quick=quick, large=large, out=out, say=_silent if quiet else _say)
+
+
 def main() -> None:
     """The command `fsi`."""
     from fsi.commands import app

@@ -179,3 +179,25 @@ def validate(
             print(f"written to {result.report}")
         if result.failures:
             raise RunError("\n".join(result.failures))
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="A trial on tiny sizes, whose figures mean nothing.")] = False,
+    large: Annotated[bool, typer.Option("--large", help="Also sizes of up to 20 million particles.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The report; BENCHMARK.md if not given, none with --quick.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure speed, memory and start-up on this machine."""
+    with exit_codes():
+        result = cli.bench(quick=quick, large=large, out=out, quiet=quiet)
+        if as_json:
+            print(json.dumps(result.result))
+            return
+        for table in result.tables():
+            Console().print(table)
+        if result.report:
+            print(f"written to {result.report}")

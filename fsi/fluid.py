@@ -176,7 +176,7 @@ class Fluid:
         self._field = np.zeros((rows, 4), self.dtype)
         self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
-        self._coefficients = np.zeros((n, 4 if self.scene.numerics.shifting else 3), self.dtype)
+        self._coefficients = np.zeros((n, 5 if self.scene.numerics.shifting else 4), self.dtype)
         self._spare = [np.empty((n, *a.shape[1:]), a.dtype) for a in self._state]
 
     # -------------------------------------------------------------------------------------- one step

@@ -6,7 +6,8 @@ J(p) = (sum a_ij p_j - s_i) / a_ii and moves on by
     p' = p + alpha (J(p) - p) + beta (p - p_before).
 
 With alpha = 1 and beta = 0 that is Jacobi's method; Chebyshev's weights (Golub & Varga 1961) damp the spectrum of D^-1 A
-between `HIGHEST / span` and `HIGHEST` evenly, and carry slow modes on much faster.
+between `HIGHEST / span` and `HIGHEST` evenly, and carry slow modes on much faster. At the free surface and in spray
+every sweep is Jacobi's: fragments of a few particles amplify under any other weights.
 
 Starting from the last pressure, k sweeps are one step of a slightly compressible fluid: a slow mode of eigenvalue l
 moves on by `gain` l of its way, so that sound travels at c = 0.378 h sqrt(gain) / dt (sum a_ij = 7 / (rho h^2) on a

@@ -50,7 +50,7 @@ class Constants(NamedTuple):
 
 
 # Columns of the coefficients of the pressure equation, one row a fluid particle.
-DIAGONAL, DEFICIT, SOURCE, SUPPORT = 0, 1, 2, 3
+DIAGONAL, DEFICIT, SOURCE, INNER, SUPPORT = 0, 1, 2, 3, 4
 
 
 @register_jitable
@@ -117,6 +117,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     missing = max(0.0, k.lattice_laplacian - a_ii)
                     deficit = 1.0 - k.density_factor * t_[L + m]
                     coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
+                    coefficients[i, INNER] = 1.0 - gate
                     coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
                     if shifted:
                         coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04))
@@ -161,7 +162,8 @@ def make_source(lanes: int, dim: int):
                     s_i = k.divergence_factor * t_[m] / dt + k.relaxation * coefficients[i, DEFICIT] / (dt * dt)
                     coefficients[i, SOURCE] = s_i
                     p, jacobi = trial[i, P], (k.laplacian_factor * t_[L + m] - s_i) / coefficients[i, DIAGONAL]
-                    field[i, P] = p + alpha * (jacobi - p)
+                    inner = coefficients[i, INNER]
+                    field[i, P] = p + (1.0 + inner * (alpha - 1.0)) * (jacobi - p)
 
     return source
 
@@ -169,7 +171,7 @@ def make_source(lanes: int, dim: int):
 @cache
 def make_sweep(lanes: int, dim: int):
     """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
-    beta (p - p_before)."""
+    beta (p - p_before) inside, plain J(p) at the free surface and in spray."""
     L, DIM = lanes, dim
     P = dim
 
@@ -196,7 +198,8 @@ def make_sweep(lanes: int, dim: int):
                 for i in range(s, e):
                     jacobi = (k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
                     p = field[i, P]
-                    new[i, P] = p + alpha * (jacobi - p) + beta * (p - new[i, P])
+                    inner = coefficients[i, INNER]
+                    new[i, P] = p + (1.0 + inner * (alpha - 1.0)) * (jacobi - p) + inner * beta * (p - new[i, P])
 
     return sweep
 
@@ -231,9 +234,11 @@ def make_echo(lanes: int, dim: int, columns: int):
                     pull = pull + laplacian_weight(f, r2, k.eta2) * other_vector(field, j, P, L, M)
                 store(t_, 0, pull)
                 for i in range(s, e):
+                    inner = coefficients[i, INNER]
                     for m in range(M):
                         p, jacobi = field[i, P + m], k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
-                        new[i, P + m] = p + alpha * (jacobi - p) + beta * (p - new[i, P + m])
+                        change = (1.0 + inner * (alpha - 1.0)) * (jacobi - p)
+                        new[i, P + m] = p + change + inner * beta * (p - new[i, P + m])
 
     return echo
 

@@ -20,7 +20,7 @@ from fsi.layout import Layout
 from fsi.scene import Scene
 from fsi.threads import Team
 
-COURANT = 0.1  # largest speed * time step / spacing
+COURANT = 0.02  # largest speed * time step / spacing
 VISIT = 0.3  # seconds that a block is stepped for before it is the next one's turn
 
 # Phases of a step by the kernels in them; what is in none of them is serial and counts as "rest".
@@ -30,7 +30,7 @@ PHASES = {
     "lists": ("search",),
     "predictor": ("predict",),
     "first sweep": ("source",),
-    "further sweeps": ("jacobi",),
+    "further sweeps": ("sweep",),
     "corrector": ("correct",),
 }
 
@@ -53,9 +53,7 @@ class Block:
     """A block of about so many particles; `samples` holds the seconds of each timed step: "wall", "processor", "step"
     (the one of the two that the team's clock shows) and those of each phase."""
 
-    def __init__(
-        self, dimension: int, particles: int, *, sweeps: int = 1, precision: str = "single", threads: int = 1
-    ):
+    def __init__(self, dimension: int, particles: int, *, sweeps: int = 1, precision: str = "single", threads: int = 1):
         spacing = 1 / round(particles ** (1 / dimension))
         position, velocity = _vortex(dimension, spacing)
         low, high = position.min(0) - 0.1, position.max(0) + 0.1
@@ -76,6 +74,20 @@ class Block:
         self.fluid = Fluid(scene, layout, self.team)
         self.threads, self.sweeps, self.precision = threads, sweeps, precision
         self.samples: list[dict[str, float]] = []
+
+    @property
+    def _state(self) -> list[np.ndarray]:
+        fluid = self.fluid
+        return [fluid.position, fluid.velocity, fluid.pressure_values, fluid.label]
+
+    def keep(self) -> None:
+        """Remember the state for `rewind`."""
+        self._kept = [array.copy() for array in self._state]
+
+    def rewind(self) -> None:
+        """Back to the state that was kept, so that the block does not fly apart however often it is stepped."""
+        for array, kept in zip(self._state, self._kept, strict=True):
+            array[:] = kept
 
     def step(self) -> dict[str, float]:
         """One step, in the order in which `fsi.simulation` calls its pieces; its seconds as in `samples`."""
@@ -113,8 +125,11 @@ def measure(blocks: Sequence[Block], rounds: int = 3, visit: float = VISIT) -> N
     for block in blocks:
         block.step()  # may compile
         steps[block] = max(1, math.ceil(visit / min(block.step()["wall"], block.step()["wall"])))
+        block.check()
+        block.keep()
     for _ in range(rounds):
         for block in blocks:
+            block.rewind()
             block.step()
             block.samples += [block.step() for _ in range(steps[block])]
     for block in blocks:

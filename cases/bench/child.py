@@ -63,7 +63,7 @@ def main() -> None:
     from fsi.scene import Scene
     from fsi.simulation import Simulation
 
-    scene = Scene.model_validate_json(sys.stdin.read())
+    scene = Scene.model_validate(json.load(sys.stdin))
     bodies, coupler, ground = bind(scene, scene.name)
     recorders = open_recorders(scene, Path("."))
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=1)

@@ -49,18 +49,20 @@ class Flume:
         self.wall: list[float] = []  # seconds of a step, one value a visit
         self.processor: list[float] = []
         self.logging: list[float] = []  # share of the wall time that the loop spends in handing frames over
+        self.phases: list[dict[str, float]] = []  # wall seconds of a step by phase of the loop
 
     def visit(self, steps: int) -> None:
         """Advance and note the time of a step, the recorder's work included."""
+        before = dict(self.sim.phases)
         processor, wall = time.process_time(), time.perf_counter()
-        logged = self.sim.phases["record"]
         for _ in range(steps):
             self.sim.step()
         taken = time.perf_counter() - wall
         self._drain()
         self.wall.append(taken / steps)
         self.processor.append((time.process_time() - processor) / steps)
-        self.logging.append((self.sim.phases["record"] - logged) / taken)
+        self.phases.append({name: (s - before.get(name, 0.0)) / steps for name, s in self.sim.phases.items()})
+        self.logging.append(self.phases[-1]["record"] * steps / taken)
 
     def _drain(self) -> None:
         """Wait until the threads that write the log have nothing left to do, so that their work counts here."""
@@ -84,11 +86,13 @@ class Flume:
 
 def visit_in_turns(flumes: list[Flume], steps: int, rounds: int) -> None:
     """Advance all in turns, after a visit that is not counted."""
-    for round_number in range(rounds + 1):
+    for flume in flumes:
+        flume.visit(steps)
+        for samples in (flume.wall, flume.processor, flume.logging, flume.phases):
+            samples.clear()
+    for _ in range(rounds):
         for flume in flumes:
             flume.visit(steps)
-            if round_number == 0:
-                flume.wall.clear(), flume.processor.clear(), flume.logging.clear()
     for flume in flumes:
         flume.close()
 
@@ -118,6 +122,11 @@ def flap_cost(folder: Path, threads: int, spacing: float, steps: int, rounds: in
                     "speed_over_plain": ns["flume, no logging"] / ns[name],
                     "logging_share_of_wall": median(flume.logging),
                     "extra_over_no_logging": ns[name] / ns["bodies, no logging"] - 1 if flume.recorders else None,
+                    "phases_ns": {
+                        phase: 1e9 * median(sample[phase] for sample in flume.phases) / flume.particles
+                        for phase in flume.phases[0]
+                        if phase != "start"
+                    },
                 }
             )
     return rows

@@ -35,9 +35,9 @@ def costs(dimension: int) -> dict[str, Cost]:
     outflow = D + (2 * D - 1) + 2  # u_ij . x_ij, times f, added up
     gradient = 2 + 2 * D  # f (p_i + p_j), times x_ij, added up
     return {
-        "predictor": Cost(distance + slope + weight + coefficients + viscous, 1, 1, row + D + 2, 2 * D),
-        "first sweep": Cost(distance + slope + outflow + pull, 1, 1, (8 if D == 3 else 6) + 4, 0),
-        "further sweeps": Cost(distance + slope + pull, 1, 1, (D + 1) + 3, 0),
+        "predictor": Cost(distance + slope + weight + coefficients + viscous, 1, 1, row + D + 3, 2 * D),
+        "first sweep": Cost(distance + slope + outflow + pull, 1, 1, (8 if D == 3 else 6) + 5, 0),
+        "further sweeps": Cost(distance + slope + pull, 1, 1, (D + 1) + 4, 0),
         "corrector": Cost(distance + slope + gradient, 1, 0, D + (D + 1) + 2, 4 * D),
     }
 

@@ -8,7 +8,7 @@ from cases.bench.block import PHASES, Block, measure
 from cases.bench.pairs import pair_counts
 from cases.bench.roofline import machine_peak, roofline
 
-LIST_PASSES = 3  # passes of a step over the pairs: predictor, first pressure sweep, corrector; further sweeps add one each
+PASSES = {"predictor": 1, "first sweep": 1, "corrector": 1}  # of a step over all pairs, besides the further sweeps
 
 
 def speeds(sizes: dict[str, tuple[int, int]], threads: int, rounds: int, visit: float) -> tuple[list[dict], list[dict]]:
@@ -29,7 +29,7 @@ def speeds(sizes: dict[str, tuple[int, int]], threads: int, rounds: int, visit: 
 def speed(block: Block, counts: dict[str, float]) -> dict:
     """A row of a block that was measured. Pairs: particles inside the support, and pairs that the lanes process, over all
     passes of a step."""
-    step, n, passes = block.median(), block.fluid.count, LIST_PASSES + block.sweeps - 1
+    step, n, passes = block.median(), block.fluid.count, sum(PASSES.values()) + block.sweeps - 1
     return {
         "dimension": block.fluid.dim,
         "particles": n,
@@ -86,7 +86,7 @@ def rooflines(rows: list[dict], phases: list[dict], limits: dict) -> list[dict]:
         if row["threads"] == 1 and row["sweeps"] == 4:
             facts = {name: row[name] for name in ("case", "precision")}
             shares = find(phases, **facts, sweeps=4, threads=1)["ns"]
-            passes = {"predictor": 1, "first sweep": 1, "further sweeps": 3, "corrector": 1}
+            passes = PASSES | {"further sweeps": row["sweeps"] - 1}
             fluid = row | {"number_bytes": 4 if row["precision"] == "single" else 8}
             found = roofline(shares, passes, machine_peak(limits, row["precision"]), fluid)
             out += [facts | one for one in found]

@@ -91,9 +91,10 @@ def test_inviscid_pair_forces_keep_angular_momentum():
     assert abs(change + fluid.dt * torque + impulse[1, 4]) <= 1e-11 * abs(fluid.dt * torque)
 
 
+@pytest.mark.parametrize("solver", ["explicit", "chebyshev"])
 @pytest.mark.parametrize("sweeps", [1, 4])
-def test_responses_are_the_exact_changes_of_pressure_and_wrench(sweeps):
-    fluid = random_fluid(2, boundary=True, sweeps=sweeps)
+def test_responses_are_the_exact_changes_of_pressure_and_wrench(solver, sweeps):
+    fluid = random_fluid(2, boundary=True, solver=solver, sweeps=sweeps)
     fluid.owners, fluid.owner[:] = 3, 2  # the solid half as a body
     fluid.begin(1e-3, np.zeros((3, 3)), np.zeros((3, 6)))
     fluid.predict()

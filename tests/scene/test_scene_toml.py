@@ -38,7 +38,7 @@ def test_override_is_typed(scene_file, override, holds):
 def test_empty_override_restores_the_default(scene_file):
     path = scene_file("[numerics]\nsweeps = 8\n[waves]\nwave_height = 0.1\nperiod = 2")
     scene = load_scene(path, ["numerics.sweeps=", "waves="])
-    assert scene.numerics.sweeps == 4
+    assert scene.numerics.sweeps == type(scene.numerics)().sweeps != 8
     assert scene.waves is None
 
 

@@ -1,0 +1,251 @@
+"""The pieces of the benchmark: what it counts, and what it makes of the figures. No test depends on the machine's speed."""
+
+import io
+import json
+import math
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cases.bench import child, flume, limits, memory, report, roofline, targets
+from cases.bench.block import PHASES, Block, measure
+from cases.bench.pairs import pair_counts
+from cases.bench.speed import phase_shares, ratios, speed
+from fsi import terms
+from fsi.errors import RunError
+
+
+@pytest.fixture(scope="module")
+def block():
+    block = Block(3, 1000, sweeps=4)
+    measure([block], rounds=1, visit=0.01)
+    return block
+
+
+class Counted:
+    """A number that counts the operations it takes part in."""
+
+    operations = 0
+
+    def _count(self, other=None):
+        Counted.operations += 1
+        return self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = _count
+
+
+def counted_dot(a, b):
+    return sum((x * y for x, y in zip(a[1:], b[1:], strict=True)), a[0] * b[0])
+
+
+class Vector(list):
+    def __mul__(self, factor):
+        return Vector(x * factor for x in self)
+
+    def __sub__(self, other):
+        return Vector(x - y for x, y in zip(self, other, strict=True))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_operations_of_a_pair_are_those_of_the_terms(dimension, monkeypatch):
+    monkeypatch.setattr(terms, "dot", counted_dot)
+    monkeypatch.setattr(terms, "sqrt", lambda x: x._count())
+    monkeypatch.setattr(terms, "maximum", lambda a, b: b)
+    one, vector = Counted(), Vector(Counted() for _ in range(dimension))
+
+    def operations(extra, *work):
+        """What a pair costs: the distance, t, the slope, `work`, and `extra` additions to the sums."""
+        Counted.operations = extra
+        x_ij = vector - vector
+        r2 = counted_dot(x_ij, x_ij)
+        f = terms.slope(terms.closeness(r2, one))
+        for term in work:
+            term(f, r2, x_ij)
+        return Counted.operations
+
+    weight = lambda f, r2, x: terms.laplacian_weight(f, r2, one)  # noqa: E731
+    pull = lambda f, r2, x: terms.laplacian_weight(f, r2, one) * one  # noqa: E731
+    density = lambda f, r2, x: terms.kernel(one)  # noqa: E731
+    drag = lambda f, r2, x: terms.viscous(one, vector - vector)  # noqa: E731
+    outflow = lambda f, r2, x: terms.divergence(f, vector - vector, x)  # noqa: E731
+    gradient = lambda f, r2, x: terms.pressure_gradient(f, one, one, x)  # noqa: E731
+    expected = {
+        "predictor": operations(3 + dimension, weight, density, drag),
+        "first sweep": operations(2, outflow, pull),
+        "further sweeps": operations(1, pull),
+        "corrector": operations(dimension, gradient),
+    }
+    assert {name: cost.flops for name, cost in roofline.costs(dimension).items()} == expected
+
+
+def test_roofline_arithmetic():
+    fluid = {"dimension": 3, "lanes": 8, "entries": 25.0, "neighbours": 99.0, "number_bytes": 4}
+    peak = {"flops_per_s": 200e9, "roots_per_s": 10e9, "quotients_per_s": 40e9, "bytes_per_s": 20e9}
+    phases = {"predictor": 100.0, "first sweep": 80.0, "further sweeps": 150.0, "corrector": 50.0}
+    passes = {"predictor": 1, "first sweep": 1, "further sweeps": 3, "corrector": 1}
+    *rows, whole = roofline.roofline(phases, passes, peak, fluid)
+    sweep = next(row for row in rows if row["sweep"] == "further sweeps")
+    assert sweep["ns"] == 50.0
+    assert sweep["multiply-adds_ns"] == pytest.approx(200 * 18 / 200)
+    assert sweep["roots_ns"] == pytest.approx(20.0) and sweep["quotients_ns"] == pytest.approx(5.0)
+    assert sweep["memory_ns"] == pytest.approx((4 * 25 + 4 * 8) / 20)
+    assert (sweep["binds"], sweep["of_limit"]) == ("roots", pytest.approx(0.4))
+    assert sweep["processed"] == pytest.approx(200 * 18 / 50 / 200)
+    assert sweep["useful"] == pytest.approx(0.5 * sweep["processed"])
+    assert whole["ns"] == pytest.approx(380.0)
+    assert whole["processed"] == pytest.approx(200 * (33 + 28 + 3 * 18 + 21) / 380 / 200)
+    (slow,) = [
+        row
+        for row in roofline.roofline(phases, passes, peak | {"bytes_per_s": 1e9}, fluid)
+        if row["sweep"] == "corrector"
+    ]
+    assert slow["binds"] == "memory"
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize(("root", "quotient"), [(False, False), (True, False), (False, True)])
+def test_the_loops_that_measure_limits_do_their_work(precision, root, quotient):
+    lanes = 8
+    a = np.linspace(0.5, 0.9, (limits.CHAINS + 2) * lanes).astype(np.float32 if precision == "single" else np.float64)
+    x, y, *chains = a.copy().astype(float).reshape(-1, lanes)
+    for _ in range(3):
+        chains = [np.sqrt(v + x) if root else x / (v + y) if quotient else v * x + y for v in chains]
+    limits.make_chains(lanes, root, quotient)(a, 3)
+    assert a[2 * lanes : 3 * lanes] == pytest.approx(sum(chains), rel=1e-5)
+
+
+def test_triad_and_rates():
+    a, b, c = np.zeros(10), np.arange(10.0), np.ones(10)
+    limits.triad(a, b, c, 1)
+    assert (a == b + 3).all()
+    found = limits.limits(2, {"single": 8}, seconds=1e-3, megabytes=1)
+    assert [(row["lanes"], row["threads"]) for row in found["rates"]] == [(8, 1), (8, 2), (16, 1)]
+    assert all(value > 0 for row in found["rates"] + found["bandwidth"] for value in row.values() if value != "single")
+
+
+def test_pairs_are_counted_as_all_pairs_say(block):
+    position = block.fluid.position
+    r2 = ((position[:, None] - position[None]) ** 2).sum(-1)
+    inside = (r2 < (2 * block.fluid.scene.smoothing_length) ** 2).sum() / len(position) - 1
+    counts = pair_counts(block.fluid)
+    assert counts["neighbours"] == pytest.approx(inside, rel=1e-4)
+    assert counts["entries"] * block.fluid.lanes > counts["neighbours"]
+
+
+def test_a_block_goes_back_to_where_it_was(block):
+    block.rewind()
+    block.step()
+    first = block.fluid.position.copy()
+    block.rewind()
+    block.step()
+    assert (block.fluid.position == first).all()
+
+
+def test_every_phase_is_found_in_the_solver(block):
+    row = phase_shares(block)
+    assert all(row["ns"][phase] > 0 for phase in PHASES)  # a kernel that changes its name would drop out
+    assert sum(row["ns"].values()) == pytest.approx(block.nanoseconds(), rel=0.5)
+    assert speed(block, pair_counts(block.fluid))["particles"] == block.fluid.count == 1000
+
+
+def test_a_block_that_comes_apart_is_an_error(block):
+    lost = Block(3, 1000)
+    lost.fluid.lost = 1
+    with pytest.raises(RunError, match="come apart"):
+        lost.check()
+
+
+def test_memory_is_all_accounted_for(block):
+    assert sum(memory.breakdown(block.fluid).values()) == block.fluid.nbytes
+    shared = np.zeros(3)
+    assert sum(memory.breakdown(SimpleNamespace(_field=shared, _twin=shared)).values()) == 24
+
+
+def row(case, precision, sweeps, threads, seconds):
+    facts = {"case": case, "dimension": 3, "precision": precision, "sweeps": sweeps, "threads": threads}
+    times = {"wall_s": seconds, "processor_s": seconds * threads, "ns_per_particle": 1e9 * seconds / 1e5}
+    return facts | times | {"particle_steps_per_s": 1e5 / seconds, "neighbours": 112.0}
+
+
+def test_ratios():
+    rows = [row("a", "single", 1, 1, 1.0), row("a", "single", 1, 2, 0.5), row("a", "single", 4, 1, 1.6)]
+    first, second = ratios(rows)
+    assert (first["speedup"], first["processor_ratio"], first["threads"]) == (2.0, 1.0, 2)
+    assert second["further_sweep_ns"] == pytest.approx(2000.0)
+
+
+def empty():
+    sections = (
+        "speed",
+        "phases",
+        "ratios",
+        "roofline",
+        "flatness",
+        "memory",
+        "flap",
+        "ablation",
+        "start",
+        "determinism",
+    )
+    return {name: [] for name in sections} | {"targets": [], "limits": {"rates": [], "bandwidth": []}, "machine": {}}
+
+
+def judged(seconds, warm):
+    result = empty()
+    result["speed"] = [row("3D 300k", "single", 1, 1, seconds)]
+    facts = {"case": "3D 300k", "precision": "single", "sweeps": 1, "threads": 1}
+    result["phases"] = [facts | {"ns": {"lists": 90.0, "predictor": 120.0, "sort": 0.1}}]
+    result["start"] = [{"cache": "warm", "wall_s": warm, "processor_s": warm, "steps": 1}]
+    result["targets"] = targets.verdicts(result)
+    return result
+
+
+def test_targets_are_met_or_missed_with_a_profile():
+    by_unit = {row["unit"]: row for row in judged(0.05, 2.0)["targets"]}
+    assert len(by_unit) == 3 and all(row["met"] for row in by_unit.values())
+    assert by_unit["million particle-steps/s"]["measured"] == pytest.approx(2.0)
+    assert by_unit["x the C++ code"]["measured"] == pytest.approx(2.0 / 0.147)
+    by_unit = {row["unit"]: row for row in judged(0.1, 4.0)["targets"]}
+    assert not any(row["met"] for row in by_unit.values())
+    assert by_unit["million particle-steps/s"]["profile"] == "predictor 120, lists 90 ns per particle"
+
+
+def test_a_block_with_fewer_neighbours_counts_for_less():
+    result = judged(0.05, 2.0)
+    result["speed"][0]["neighbours"] = 55.5
+    assert targets.verdicts(result)[0]["measured"] == pytest.approx(1.0)
+
+
+def test_report_shows_what_was_measured():
+    missed = report.markdown(judged(0.1, 4.0))
+    assert "| 3D 300k, single, 1 thread | million particle-steps/s | >= 1.3 | 1 | MISSED |" in missed
+    assert "predictor 120, lists 90 ns per particle" in missed
+    met = report.markdown(judged(0.05, 2.0))
+    assert "MISSED" not in met and "Profiles" not in met
+    assert f"{2.0 / 0.147:.1f}" in met
+
+
+def test_the_bare_flume_has_nothing_that_costs():
+    scene = flume.bare(0.05, numerics={"wall_guard": 0.8})
+    assert not (scene.bodies or scene.waves or scene.damping or scene.output.mcap or scene.output.timeline)
+    assert (scene.numerics.viscosity, scene.numerics.artificial_viscosity, scene.numerics.wall_guard) == (
+        "none",
+        0,
+        0.8,
+    )
+    assert flume.flap(spacing=0.05).bodies
+
+
+def test_the_child_tells_what_it_imported(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "stdin", io.StringIO(flume.bare(0.1).model_dump_json()))
+    child.main()
+    facts = json.loads(capsys.readouterr().out)
+    assert {"numba", "numpy", "fsi"} <= set(facts["packages"]) and math.isfinite(facts["processor_s"])
+
+
+def test_a_child_that_fails_is_an_error(tmp_path):
+    with pytest.raises(RunError, match="no_such_module"):
+        child._python("fsi.no_such_module", cache=tmp_path)
