@@ -23,29 +23,34 @@ from fsi.threads import Team
 
 
 @njit(nogil=True, cache=True)
-def _pack_fluid(counter, bounds, order, lower, position, velocity, pressure, label, position2, velocity2, pressure2,
-                label2, xs, flow, trial, field, twin):  # fmt: skip
-    """Put the particles in cell order and fill their rows."""
+def _gather(counter, bounds, order, source, target):
+    """target[i] = source[order[i]]."""
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        for i in range(bounds[c], bounds[c + 1]):
+            target[i] = source[order[i]]
+
+
+@njit(nogil=True, cache=True)
+def _pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, trial, field, twin):
+    """Fill the rows of particles that are in cell order."""
     dim = position.shape[1]
     while True:
         c = claim(counter)
         if c >= bounds.size - 1:
             break
         for i in range(bounds[c], bounds[c + 1]):
-            j = order[i]
             for d in range(dim):
-                position2[i, d] = position[j, d]
-                velocity2[i, d] = velocity[j, d]
-                x = position[j, d] - lower[d]
+                x = position[i, d] - lower[d]
                 xs[d, i] = x
                 flow[i, d] = x
                 trial[i, d] = x
                 field[i, d] = x
                 twin[i, d] = x
-                flow[i, dim + d] = velocity[j, d]
-            pressure2[i] = pressure[j]
-            trial[i, dim] = pressure[j]
-            label2[i] = label[j]
+                flow[i, dim + d] = velocity[i, d]
+            trial[i, dim] = pressure[i]
 
 
 @njit(nogil=True, cache=True)
@@ -154,6 +159,7 @@ class Fluid:
     def _allocate(self) -> None:
         b, dim = len(self.boundary), self.dim
         self._capacity = 0
+        self._spare = {}
         self._reserve(len(self.position))
         self._sorted_boundary = np.zeros((b, dim))
         self._sorted_velocity = np.zeros((b, dim))
@@ -177,7 +183,6 @@ class Fluid:
         self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
         self._coefficients = np.zeros((n, 5 if self.scene.numerics.shifting else 4), self.dtype)
-        self._spare = [np.empty((n, *a.shape[1:]), a.dtype) for a in self._state]
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -202,13 +207,10 @@ class Fluid:
         order = self._sort.update(self.position)
         n = self._sort.inside
         self.lost += real - n + self.periodic.link(order, sources, real, n)
-        old, spare = self._state, [a[:n] for a in self._spare]
+        self._state = [self._in_order(a, order, n) for a in self._state]
         rows = self._flow, self._trial, self._field, self._twin
         if n:
-            self.team.run(_pack_fluid, whole(n), order, self.grid.lower, *old, *spare, self._xs, *rows)
-        if not self.periodic.axes:
-            self._spare = list(old)
-        self._state = spare
+            self.team.run(_pack_fluid, whole(n), self.grid.lower, *self._state[:3], self._xs, *rows)
         order = self._boundary_sort.update(self.boundary)[: self._boundary_sort.inside]
         self._solids = b = len(order)
         _pack_boundary(
@@ -228,6 +230,17 @@ class Fluid:
     @_state.setter
     def _state(self, arrays) -> None:
         self.position, self.velocity, self.pressure_values, self.label = arrays
+
+    def _in_order(self, values: np.ndarray, order: np.ndarray, count: int) -> np.ndarray:
+        """The first `count` values in this order, in the spare array of their kind; the old array is the next spare."""
+        kind = values.dtype, values.shape[1:]
+        spare = self._spare.get(kind)
+        if spare is None or len(spare) < len(values):
+            spare = np.empty_like(values)
+        if count:
+            self.team.run(_gather, whole(count), order, values, spare)
+        self._spare[kind] = values
+        return spare[:count]
 
     def _add_ghosts(self) -> np.ndarray:
         """Append the ghosts of periodic axes, with the label -1; the particles they stand for."""
@@ -441,6 +454,7 @@ class Fluid:
     @property
     def nbytes(self) -> int:
         """Memory of all particle arrays [B]."""
-        arrays = [a for a in vars(self).values() if isinstance(a, np.ndarray)] + self._echoes + self._spare
+        arrays = [a for a in vars(self).values() if isinstance(a, np.ndarray)] + self._echoes
+        arrays += self._spare.values()
         own = sum(a.nbytes for a in arrays)
         return own + sum(p.nbytes for p in (self._sort, self._boundary_sort, self._near, self._boundary_near))

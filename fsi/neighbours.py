@@ -23,10 +23,14 @@ from fsi.lanes import append, at, bits_below, claim, consecutive, count_bits, lo
 from fsi.threads import Team, chunk_bounds
 
 RUN = 16  # particles that share candidates
-CANDIDATES = 4096  # at most, for one run
-SLACK = RUN // 4 * CANDIDATES  # room kept free in the list of each chunk
+CANDIDATES = 2048  # at most, for one run
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
+
+
+def slack_of(lanes: int) -> int:
+    """Room kept free at the end of each chunk's list: what one run can add at most."""
+    return RUN // lanes * CANDIDATES
 
 
 @register_jitable
@@ -41,6 +45,7 @@ def _box(xs, s, e, d):
 def make_search(lanes: int, dim: int):
     """The search kernel for groups of this many lanes in this dimension."""
     solid = dim == 3
+    slack = slack_of(lanes)
 
     @helper(lanes, dim)
     def gather(xs, s, e, start, first_row, cell, shape, radius, rows, near, m, centre):
@@ -138,7 +143,7 @@ def make_search(lanes: int, dim: int):
             c = claim(counter)
             if c >= bounds.size - 1:
                 break
-            g, k, room = group_offset[c], list_offset[c], list_offset[c + 1] - SLACK
+            g, k, room = group_offset[c], list_offset[c], list_offset[c + 1] - slack
             s, end = own_row + bounds[c], own_row + bounds[c + 1]
             pencil = np.searchsorted(own_start[:: shape[0]], bounds[c], side="right") - 1
             fault = 0
@@ -187,7 +192,7 @@ class Neighbours:
     def __init__(self, lanes: int, dim: int, spacing: float, support: float, team: Team):
         self.lanes, self.dim, self.team = lanes, dim, team
         self._radius, self._longest = f32(support * 1.0001), f32(12 * spacing)
-        self._room = 34 if dim == 3 else 10  # list entries per particle; grows where it proves too small
+        self._room = 28 if dim == 3 else 8  # list entries per particle; grows where it proves too small
         self._list = np.empty(0, np.int32)
         self._group = self._span = None
         self.bounds = np.zeros(2, np.int64)
@@ -207,9 +212,9 @@ class Neighbours:
         starts = tuple(sort.start for sort, _ in others)
         rows = tuple(row for _, row in others)
         while True:
-            list_offset = bounds * self._room + np.arange(chunks + 1) * SLACK
+            list_offset = bounds * self._room + np.arange(chunks + 1) * slack_of(self.lanes)
             if self._list.size < list_offset[-1]:
-                self._list = np.empty(int(list_offset[-1] * 1.05), np.int32)
+                self._list = np.empty(int(list_offset[-1] * 1.02), np.int32)
             self.team.run(
                 make_search(self.lanes, self.dim), bounds, own.start, own_row, xs, starts, rows, len(others),
                 grid.cell.astype(f32), grid.shape, self._radius, self._longest,
@@ -222,7 +227,7 @@ class Neighbours:
                     f"more than {CANDIDATES} particles within reach of a few: the particles have clumped and the run is "
                     "unstable; take a smaller numerics.courant or numerics.mach"
                 )
-            self._room = int(self._room * 1.3) + 1
+            self._room = int(self._room * 1.1) + 1
         self.groups = (group_offset, group_count, self._group, self._span, list_offset, self._list)
 
     def _reserve(self, n: int, chunks: int) -> None:
