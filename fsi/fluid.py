@@ -63,6 +63,8 @@ def _pack_boundary(order, first, lower, position, velocity, owner, position2, ve
         j, i = order[b], first + b
         owner2[b] = owner[j]
         for d in range(dim):
+            flow[i, dim + d] = velocity[j, d]  # before `trial`, which is the same array where nothing is viscous
+        for d in range(dim):
             position2[b, d] = position[j, d]
             velocity2[b, d] = velocity[j, d]
             x = position[j, d] - lower[d]
@@ -71,7 +73,6 @@ def _pack_boundary(order, first, lower, position, velocity, owner, position2, ve
             trial[i, d] = x
             field[i, d] = x
             twin[i, d] = x
-            flow[i, dim + d] = velocity[j, d]
             trial[i, dim + 1 + d] = velocity[j, d] + dt * fall[d]
 
 
@@ -153,6 +154,7 @@ class Fluid:
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
         self._no_slip = viscosity == "no_slip"
+        self._viscous = laminar or numerics.artificial_viscosity > 0
         self._weights = boundary.make_weights(L, D, self._no_slip)
         self._extrapolation = boundary.make_extrapolation(L, D)
 
@@ -177,8 +179,8 @@ class Fluid:
         dim, rows = self.dim, n + len(self.boundary) + 16
         self._sort = CellSort(self.grid, n, self.team)
         self._xs = np.zeros((dim, rows), np.float32)
-        self._flow = np.zeros((rows, 8 if dim == 3 else 4), self.dtype)
         self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
+        self._flow = np.zeros((rows, 8 if dim == 3 else 4), self.dtype) if self._viscous else self._trial
         self._field = np.zeros((rows, 4), self.dtype)
         self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
@@ -355,8 +357,8 @@ class Fluid:
         chunks = len(near.bounds) - 1
         sums, impulse = np.zeros((chunks, sweeps.sums_width(self.dim))), np.zeros((chunks, self.owners, 6))
         self.team.run(
-            self._corrector, near.bounds, near.groups, self._flow, self._field, self._coefficients, self.label,
-            self.position, self.velocity, self.pressure_values, self.k, self.dt, self.zones, self.count, self._sorted_boundary,
+            self._corrector, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.label,
+            self.position, self.velocity, self.pressure_values, self.fall, self.k, self.dt, self.zones, self.count, self._sorted_boundary,
             self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
         )  # fmt: skip
         self._drop_ghosts()
@@ -455,6 +457,6 @@ class Fluid:
     def nbytes(self) -> int:
         """Memory of all particle arrays [B]."""
         arrays = [a for a in vars(self).values() if isinstance(a, np.ndarray)] + self._echoes
-        arrays += self._spare.values()
+        arrays = {id(a): a for a in (*arrays, *self._spare.values()) if a.base is None or a.base.base is None}.values()
         own = sum(a.nbytes for a in arrays)
         return own + sum(p.nbytes for p in (self._sort, self._boundary_sort, self._near, self._boundary_near))

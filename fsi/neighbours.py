@@ -24,6 +24,7 @@ from fsi.threads import Team, chunk_bounds
 
 RUN = 16  # particles that share candidates
 CANDIDATES = 2048  # at most, for one run
+SPARE_ROOM = 1.03  # of a chunk's list over what it held in the last step
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
 
@@ -192,7 +193,7 @@ class Neighbours:
     def __init__(self, lanes: int, dim: int, spacing: float, support: float, team: Team):
         self.lanes, self.dim, self.team = lanes, dim, team
         self._radius, self._longest = f32(support * 1.0001), f32(12 * spacing)
-        self._room = 28 if dim == 3 else 8  # list entries per particle; grows where it proves too small
+        self._need = np.empty(0)  # list entries of each chunk, learnt from step to step
         self._list = np.empty(0, np.int32)
         self._group = self._span = None
         self.bounds = np.zeros(2, np.int64)
@@ -211,10 +212,14 @@ class Neighbours:
         group_count = np.zeros(chunks, np.int64)
         starts = tuple(sort.start for sort, _ in others)
         rows = tuple(row for _, row in others)
+        if len(self._need) != chunks:
+            self._need = np.diff(bounds) * (28.0 if self.dim == 3 else 8.0)
         while True:
-            list_offset = bounds * self._room + np.arange(chunks + 1) * slack_of(self.lanes)
-            if self._list.size < list_offset[-1]:
-                self._list = np.empty(int(list_offset[-1] * 1.02), np.int32)
+            rooms = (self._need * SPARE_ROOM).astype(np.int64) + slack_of(self.lanes)
+            list_offset = np.concatenate([[0], np.cumsum(rooms)])
+            if not list_offset[-1] <= self._list.size <= 1.2 * list_offset[-1]:
+                self._list = None  # before the new one is made
+                self._list = np.empty(list_offset[-1], np.int32)
             self.team.run(
                 make_search(self.lanes, self.dim), bounds, own.start, own_row, xs, starts, rows, len(others),
                 grid.cell.astype(f32), grid.shape, self._radius, self._longest,
@@ -227,7 +232,9 @@ class Neighbours:
                     f"more than {CANDIDATES} particles within reach of a few: the particles have clumped and the run is "
                     "unstable; take a smaller numerics.courant or numerics.mach"
                 )
-            self._room = int(self._room * 1.1) + 1
+            self._need[group_count < 0] *= 1.3
+        last = group_offset[:-1] + np.maximum(group_count, 1) - 1
+        self._need = np.where(group_count > 0, self._span[last, 2], 0).astype(float)
         self.groups = (group_offset, group_count, self._group, self._span, list_offset, self._list)
 
     def _reserve(self, n: int, chunks: int) -> None:

@@ -79,7 +79,9 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                x_i, u_i = own_vector(flow, s, 0, L, DIM), own_vector(flow, s, DIM, L, DIM)
+                x_i = own_vector(flow, s, 0, L, DIM)
+                if no_slip or free_slip or artificial:
+                    u_i = own_vector(flow, s, DIM, L, DIM)
                 weight, density, spread = zero(flow, L), zero(flow, L), zero(flow, L)
                 force = zero_vector(flow, L, DIM)
                 for n in range(base + span[g, 0], base + span[g, 2]):
@@ -310,7 +312,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
 
     @compiled(lanes, dim, guarded, sponge, shifted)
     def correct(
-        counter, bounds, groups, flow, field, coefficients, label, position, velocity, pressure, k, dt, zones,
+        counter, bounds, groups, trial, field, coefficients, label, position, velocity, pressure, fall, k, dt, zones,
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
@@ -349,8 +351,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     acceleration2, speed2 = 0.0, 0.0
                     for d in range(DIM):
                         velocity[i, d] += dt * k.gradient_factor * t_[d * L + m]
-                        change = (velocity[i, d] - flow[i, DIM + d]) / dt
-                        acceleration2 += change * change
+                        a = (velocity[i, d] - trial[i, P + 1 + d]) / dt + fall[d]
+                        acceleration2 += a * a
                     if guarded and t_[DIM * L + m] < k.guard2:
                         sums[c, GUARDED] += guard(
                             i, base + span[g, 1], base + span[g, 2], lst, position, velocity,

@@ -53,7 +53,7 @@ FULL = Plan(
     judged=True, check=30_000, peak=0.1, megabytes=256,
 )  # fmt: skip
 QUICK = Plan(
-    {"3D 3k": (3, 3_000)}, rounds=2, visit=0.05, flat=(1_000, 8_000), still=1_000, spacing=0.05, steps=4, fresh=False,
+    {"3D 3k": (3, 3_000)}, rounds=1, visit=0.05, flat=(1_000, 8_000), still=1_000, spacing=0.05, steps=4, fresh=False,
     judged=False, check=1_000, peak=0.01, megabytes=16,
 )  # fmt: skip
 LARGE = (3_000_000, 10_000_000, 20_000_000)

@@ -87,13 +87,16 @@ class Store:
     def markdown(self) -> str:
         """The text of VALIDATION.md."""
         made = sorted({(r.date, r.machine) for r in self.results})
-        names = dict.fromkeys(r.row.case for r in self.results)
-        missed = [f"{r.row.case} ({r.row.level}, {r.row.solver})" for r in self.results if not r.row.passed]
+        by_case: dict[str, list[Result]] = {}
+        for result in self.results:
+            by_case.setdefault(result.row.case, []).append(result)
+        missed = {name: sum(not r.row.passed for r in own) for name, own in by_case.items()}
         lines = [HEAD, *(f"- {date}: {where}" for date, where in made), ""]
-        lines += [f"{len(self.results)} rows, {len(self.results) - len(missed)} meet their targets."]
-        lines += [f"Targets missed: {', '.join(missed)}.", ""] if missed else [""]
-        for name in names:
-            lines += self._section(load(name), [r for r in self.results if r.row.case == name])
+        lines += [f"{len(self.results)} rows, {len(self.results) - sum(missed.values())} meet their targets."]
+        words = [f"{name} ({count} of {len(by_case[name])})" for name, count in missed.items() if count]
+        lines += [f"Rows that miss a target: {', '.join(words)}.", ""] if words else [""]
+        for name, own in by_case.items():
+            lines += self._section(load(name), own)
         return "\n".join(lines)
 
     def _section(self, case: Case, results: Iterable[Result]) -> list[str]:

@@ -166,7 +166,7 @@ def test_the_store_keeps_the_latest_of_each_row(tmp_path):
     assert [(r.row.solver, r.row.wall_seconds) for r in again.results] == [("explicit", 2.0), ("sweeps4", 780.0)]
     text = (tmp_path / "VALIDATION.md").read_text()
     assert text == again.markdown()
-    assert "13.0 min" in text and "Targets missed: dam_front (coarse, sweeps4)" in text
+    assert "13.0 min" in text and "Rows that miss a target: dam_front (1 of 2)." in text
     assert "2 rows, 1 meet their targets" in text and again.results[0].machine in text
     assert (tmp_path / "dam_front.png").read_bytes().startswith(b"\x89PNG")
 
