@@ -21,7 +21,6 @@ from fsi.scene import Scene
 from fsi.threads import Team
 
 
-
 @njit(nogil=True, cache=True)
 def _gather(counter, bounds, order, source, target):
     """target[i] = source[order[i]]."""
@@ -103,7 +102,8 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         shifting=numerics.shifting * h * slope * volume,
-        guard2=(numerics.wall_guard * dr) ** 2,
+        guard=numerics.wall_guard * dr,
+        guard2=(numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )
     return sweeps.Constants(*(dtype(v) for v in values))
 

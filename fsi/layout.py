@@ -14,7 +14,6 @@ from fsi.scene import Scene
 from fsi.waves import piston
 
 WALL, PISTON, FIRST_BODY = 0, 1, 2  # owners of boundary particles
-CLEARANCE = 0.25  # a fluid particle starts at least so many spacings off a solid's surface
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ def _fluid(scene: Scene, solids: list[Solid]):
             inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
             points = points[~inside]
         for solid in solids:
-            points = points[solid.clearance(points) >= (CLEARANCE - 1e-6) * spacing]
+            points = points[solid.clearance(points) > 0.0]  # so that the volume is right on average
         positions.append(points)
         velocities.append(np.tile(np.zeros(scene.dimension) if velocity is None else velocity, (len(points), 1)))
         pressures.append(fluid.density * scene.gravity * (high[-1] - points[:, -1]))

@@ -192,7 +192,9 @@ class Numerics(Part):
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
     shifting: NonNegative = 0.0  # A of the particle shift A h |u| dt grad C (Skillen et al. 2013); 2 to 6, 0 is off
-    wall_guard: NonNegative = 0.8  # distance [spacing] under which a wall stops an approaching particle
+    wall_guard: NonNegative = (
+        0.8  # distance [spacing] to wall particles that a fluid particle is kept from crossing; 0 is off
+    )
     mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
     max_time_step: Positive | None = None  # [s]

@@ -143,7 +143,7 @@ def _periodic(scene: Scene) -> Iterator[Fault]:
 
 def _resolution(scene: Scene) -> Iterator[Fault]:
     blocks = scene.fluid.blocks
-    depth = min((b.max[-1] - b.min[-1] for b in blocks), default=water_depth(scene))
+    depth = max((b.max[-1] - b.min[-1] for b in blocks), default=water_depth(scene))
     if 0 < depth < 4 * scene.spacing * (1 - 1e-9):
         fault = f"{scene.spacing:g} m gives {depth / scene.spacing:.1f} particles over the fluid's depth {depth:g} m"
         yield "spacing", fault, f"use {depth / 4:.2g} m or less, for at least 4"

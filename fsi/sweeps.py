@@ -46,7 +46,8 @@ class Constants(NamedTuple):
     density: float
     mass: float
     shifting: float  # A h C V of the shift
-    guard2: float  # squared distance at which the wall guard acts
+    guard: float  # distance that the wall guard keeps
+    guard2: float  # squared distance within which it looks
 
 
 # Columns of the coefficients of the pressure equation, one row a fluid particle.
@@ -271,16 +272,16 @@ def sums_width(dim: int) -> int:
 def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool):
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
-    The wall guard takes from a fluid particle that is too close to a wall particle the velocity with which it
-    approaches; the impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part
+    The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
+    impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part
     first, moment about `centre` (owners, DIM). In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
     of each of the zones (z, 4) [axis, start, end, rate]."""
     L, DIM = lanes, dim
     P = dim
 
     @helper(dim)
-    def guard(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, k, taken):
-        """Stop particle i against the wall particles of its list; returns whether it was stopped."""
+    def guard(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, k, dt, taken):
+        """Slow particle i against the wall particles of its list; returns whether it was slowed."""
         stopped = False
         for n in range(near, far):
             b = lst[n] - first
@@ -289,9 +290,12 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                 x = position[i, d] - boundary[b, d]
                 r2 += x * x
                 approach += x * (velocity[i, d] - boundary_velocity[b, d])
-            if r2 < k.guard2 and approach < 0.0:
+            if r2 < k.guard2:
+                slowest = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2)) / dt  # to stay off by `guard`
+                if approach >= slowest:
+                    continue
                 stopped = True
-                take_moment(i, b, approach / r2, position, velocity, boundary, owner, centre, k.mass, taken)
+                take_moment(i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, k.mass, taken)
         return stopped
 
     @helper(dim)
@@ -356,7 +360,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     if guarded and t_[DIM * L + m] < k.guard2:
                         sums[c, GUARDED] += guard(
                             i, base + span[g, 1], base + span[g, 2], lst, position, velocity,
-                            first, boundary, boundary_velocity, owner, centre, k, impulse[c],
+                            first, boundary, boundary_velocity, owner, centre, k, dt, impulse[c],
                         )  # fmt: skip
                     if sponge:
                         for z in range(zones.shape[0]):

@@ -16,7 +16,8 @@ from pathlib import Path
 
 from fsi.errors import RunError
 
-OPTIONAL = ("mujoco", "trimesh", "rerun", "pyarrow", "mcap", "google", "scipy", "xarray", "matplotlib", "pandas")
+# Packages that only some scenes need (scipy is not among them: numba imports it wherever it is installed).
+OPTIONAL = ("mujoco", "trimesh", "rerun", "pyarrow", "pandas", "mcap", "google", "xarray", "matplotlib")
 SCENE_STEP = 1e-3  # simulated seconds that the dam break is run for: within its first time step
 
 

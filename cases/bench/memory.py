@@ -13,7 +13,7 @@ from fsi.simulation import Simulation
 # Parts by the names of the fluid's attributes; what is not named here belongs to the boundary alone.
 PARTS = {
     "state": {"position", "velocity", "pressure_values", "label"},
-    "spare state, to sort into": {"spare"},
+    "spare, to sort into": {"spare"},
     "packed rows": {"flow", "trial", "field", "twin"},
     "positions for the search": {"xs"},
     "coefficients": {"coefficients"},
@@ -32,22 +32,24 @@ VARIANTS = {
 
 
 def breakdown(fluid: Fluid) -> dict[str, int]:
-    """Bytes of each part; an array that stands under two names counts once."""
+    """Bytes of each part; memory that stands under two names counts once."""
     sizes, seen = dict.fromkeys([*PARTS, BOUNDARY], 0), set()
     for name, value in vars(fluid).items():
         part = next((part for part, names in PARTS.items() if name.strip("_") in names), BOUNDARY)
         for array in _sized(value):
-            if id(array) not in seen:
-                seen.add(id(array))
+            place = array.ctypes.data if isinstance(array, np.ndarray) else id(array)
+            if place not in seen:
+                seen.add(place)
                 sizes[part] += array.nbytes
     return sizes
 
 
 def _sized(value) -> Iterator:
-    """The arrays of an attribute: itself, those in a list, or an object that knows its size."""
-    if isinstance(value, list):
-        yield from (item for item in value if isinstance(item, np.ndarray))
-    elif isinstance(value, np.ndarray) or isinstance(getattr(value, "nbytes", None), int):
+    """The arrays of an attribute: itself, those in a list or a dict, or an object that knows its size."""
+    if isinstance(value, list | dict):
+        items = value.values() if isinstance(value, dict) else value
+        yield from (item for item in items if isinstance(item, np.ndarray) and item.size)
+    elif isinstance(size := getattr(value, "nbytes", None), int) and size:
         yield value
 
 

@@ -36,7 +36,7 @@ class Plan:
     sizes: dict[str, tuple[int, int]]
     rounds: int
     visit: float
-    flat: tuple[int, ...]
+    flat: tuple[tuple[int, ...], ...]  # sizes, in groups that are measured in turns
     still: int  # fluid particles of the tank whose memory is counted
     spacing: float  # of the flume [m]
     steps: int  # of a visit to a flume: some frames of the timeline
@@ -49,14 +49,14 @@ class Plan:
 
 FULL = Plan(
     {"2D 80k": (2, 80_000), "3D 300k": (3, 300_000), "3D 1M": (3, 1_000_000)}, rounds=5, visit=0.3,
-    flat=(10_000, 30_000, 100_000, 300_000, 1_000_000), still=300_000, spacing=0.02, steps=120, fresh=True,
+    flat=((10_000, 30_000, 100_000, 300_000, 1_000_000),), still=300_000, spacing=0.02, steps=120, fresh=True,
     judged=True, check=30_000, peak=0.1, megabytes=256,
 )  # fmt: skip
 QUICK = Plan(
-    {"3D 3k": (3, 3_000)}, rounds=1, visit=0.05, flat=(1_000, 8_000), still=1_000, spacing=0.05, steps=4, fresh=False,
+    {"3D 3k": (3, 3_000)}, rounds=1, visit=0.05, flat=((1_000, 8_000),), still=1_000, spacing=0.05, steps=4, fresh=False,
     judged=False, check=1_000, peak=0.01, megabytes=16,
 )  # fmt: skip
-LARGE = (3_000_000, 10_000_000, 20_000_000)
+LARGE = ((3_000_000,), (10_000_000,), (20_000_000,))
 
 
 @dataclass(frozen=True)
@@ -111,14 +111,14 @@ def run_plan(plan: Plan, threads: int, say: Callable[[str], None]) -> dict:
         result["speed"], result["phases"] = speed.speeds(plan.sizes, threads, plan.rounds, plan.visit)
         result["ratios"] = speed.ratios(result["speed"])
         result["roofline"] = speed.rooflines(result["speed"], result["phases"], result["limits"])
-        result["flatness"] = speed.flatness(3, list(plan.flat), plan.rounds, plan.visit)
+        result["flatness"] = speed.flatness(3, plan.flat, plan.rounds, plan.visit)
         say("memory and determinism ...")
         result["memory"] = memory(3, plan.still)
         result["determinism"] = determinism(threads, 3, plan.check)
         say("the flap, with bodies and logging ...")
         result["flap"] = flap_cost(folder / "flap", threads, plan.spacing, plan.steps, plan.rounds)
         say("what each term costs ...")
-        result["ablation"] = ablation(folder / "terms", plan.spacing, plan.steps, plan.rounds, plan.fresh)
+        result["ablation"] = ablation(folder / "terms", plan.spacing, plan.steps // 2, 2 * plan.rounds, plan.fresh)
         say("start-up ...")
         result["start"] = start_up(folder / "start") if plan.fresh else []
     result["machine"]["load_at_the_end"] = load()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+from collections.abc import Sequence
 
 from cases.bench.block import PHASES, Block, measure
 from cases.bench.pairs import pair_counts
@@ -93,19 +94,16 @@ def rooflines(rows: list[dict], phases: list[dict], limits: dict) -> list[dict]:
     return out
 
 
-def flatness(dimension: int, sizes: list[int], rounds: int, visit: float) -> list[dict]:
-    """Time per particle-step over the size, in single precision on one thread, and the memory of the process so far."""
+def flatness(dimension: int, groups: Sequence[Sequence[int]], rounds: int, visit: float) -> list[dict]:
+    """Time per particle-step over the size, in single precision on one thread, and the most memory that the process had
+    in use so far; the sizes of a group are measured in turns."""
     rows = []
-    for particles in sizes:
-        block = Block(dimension, particles)
-        measure([block], rounds, visit)
-        rows.append(
-            {
-                "dimension": dimension,
-                "particles": block.fluid.count,
-                "ns_per_particle": block.nanoseconds(),
-                "bytes_per_particle": block.fluid.nbytes / block.fluid.count,
-                "peak_memory_gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
-            }
-        )
+    for sizes in groups:
+        blocks = [Block(dimension, particles) for particles in sizes]
+        measure(blocks, rounds, visit)
+        for block in blocks:
+            row = {"dimension": dimension, "particles": block.fluid.count, "ns_per_particle": block.nanoseconds()}
+            row["bytes_per_particle"] = block.fluid.nbytes / block.fluid.count
+            rows.append(row | {"peak_memory_gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20})
+        del blocks, block  # before the next size takes its place
     return rows

@@ -82,5 +82,3 @@ class Row:
 def met(error: float | None, target: float) -> bool:
     """Whether an error was measured and keeps to its target."""
     return error is not None and math.isfinite(error) and abs(error) <= target
-
-

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-DEFAULT = "sweeps4"
+DEFAULT = "chebyshev6"
 SOLVERS: dict[str, dict] = {
-    "explicit": {"sweeps": 1},
-    "sweeps4": {"sweeps": 4},
-    "sweeps8": {"sweeps": 8},
+    "explicit": {"solver": "explicit", "sweeps": 1},
+    "explicit4": {"solver": "explicit", "sweeps": 4},
+    "chebyshev4": {"solver": "chebyshev", "sweeps": 4},
+    "chebyshev6": {"solver": "chebyshev", "sweeps": 6},
+    "chebyshev8": {"solver": "chebyshev", "sweeps": 8},
     "half_step": {"mach": 0.1, "courant": 0.1},
     "shifting": {"shifting": 6.0},
 }

@@ -68,9 +68,7 @@ class Heights(Measure):
     def errors(self) -> dict[str, float]:
         flume, t = self.flume, np.array(self.time)
         groups = np.split(np.array(self.elevation), len(flume.gauges), axis=1)
-        found = [
-            wave_heights(t, y, x, flume.omega, flume.k) for y, x in zip(groups, flume.gauges, strict=True)
-        ]
+        found = [wave_heights(t, y, x, flume.omega, flume.k) for y, x in zip(groups, flume.gauges, strict=True)]
         (first, _), (last, reflected) = found[0], found[-1]
         if len(found) > 1:
             return {"height_loss": 1 - last / first, "reflection": reflected / last}

@@ -159,6 +159,8 @@ def test_a_block_that_comes_apart_is_an_error(block):
 
 def test_memory_is_all_accounted_for(block):
     assert sum(memory.breakdown(block.fluid).values()) == block.fluid.nbytes
+    rest = memory.breakdown(block.fluid)[memory.BOUNDARY]
+    assert rest < block.fluid.count  # an array of the fluid that is not named there would be counted here
     shared = np.zeros(3)
     assert sum(memory.breakdown(SimpleNamespace(_field=shared, _twin=shared)).values()) == 24
 

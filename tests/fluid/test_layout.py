@@ -46,8 +46,8 @@ def test_a_solid_displaces_fluid():
     scene = still_tank(spacing=0.01)
     layout = build(scene, ground=Ball())
     missing = (100 * 50 - len(layout.position)) * 0.01**2
-    assert missing == pytest.approx(np.pi * 0.2025**2, rel=0.02)
-    assert Ball().clearance(layout.position).min() > 0.0024
+    assert missing == pytest.approx(np.pi * 0.2**2, rel=0.01)
+    assert Ball().clearance(layout.position).min() > 0
 
 
 def test_a_scene_without_fluid_is_refused():

@@ -92,7 +92,9 @@ def test_the_vortices_are_free_of_divergence_and_decay_by_viscosity():
     gradient = np.array([(u((x + s)[None], t) - u((x - s)[None], t))[0] / (2 * d) for s in step])
     assert abs(np.trace(gradient)) < 1e-8 < np.abs(gradient).max()
     d = 1e-3
-    laplacian = sum(u((x + s)[None], t)[0] - 2 * u(x[None], t)[0] + u((x - s)[None], t)[0] for s in d * np.eye(2)) / d**2
+    laplacian = (
+        sum(u((x + s)[None], t)[0] - 2 * u(x[None], t)[0] + u((x - s)[None], t)[0] for s in d * np.eye(2)) / d**2
+    )
     rate = (u(x[None], t + d) - u(x[None], t - d))[0] / (2 * d)
     np.testing.assert_allclose(rate, taylor_green.VISCOSITY * laplacian, rtol=1e-4)
 

@@ -53,7 +53,7 @@ def fall(target=1e-3, **numerics) -> Case:
 def row(**facts) -> Row:
     return Row(
         **{
-            "case": "dam_front", "level": "coarse", "solver": "sweeps4", "spacing": 0.02, "dimension": 2,
+            "case": "dam_front", "level": "coarse", "solver": "chebyshev6", "spacing": 0.02, "dimension": 2,
             "particles": 100, "steps": 10, "time_step": 0.1, "wall_seconds": 2.0, "simulated_seconds": 1.0,
             "memory_bytes": 1000, "error": dict.fromkeys(load("dam_front").target, 0.0),
             "target": dict(load("dam_front").target), "passed": True,
@@ -62,7 +62,7 @@ def row(**facts) -> Row:
 
 
 def test_a_run_gives_a_row_of_the_contract():
-    found, reason = run_case(fall(), "coarse", "sweeps4", threads=1)
+    found, reason = run_case(fall(), "coarse", "chebyshev6", threads=1)
     assert list(found.as_dict()) == KEYS
     assert reason == "" and found.passed
     assert abs(found.error["fall_speed"]) < 1e-3
@@ -74,15 +74,15 @@ def test_a_run_gives_a_row_of_the_contract():
 
 
 def test_the_solver_changes_the_numerics_and_the_case_keeps_the_rest(tmp_path):
-    scene = scene_of(fall(sweeps=3, courant=0.1), "medium", "sweeps8", tmp_path)
+    scene = scene_of(fall(sweeps=3, courant=0.1), "medium", "chebyshev8", tmp_path)
     assert scene.numerics.sweeps == 8 and scene.numerics.courant == 0.1
     assert scene.spacing == 0.01
 
 
 def test_a_missed_target_and_a_failed_run_are_not_passed():
-    missed, _ = run_case(fall(target=0.0), "coarse", "sweeps4", threads=1)
+    missed, _ = run_case(fall(target=0.0), "coarse", "chebyshev6", threads=1)
     assert not missed.passed
-    failed, reason = run_case(unstable(), "coarse", "sweeps4", threads=1)
+    failed, reason = run_case(unstable(), "coarse", "chebyshev6", threads=1)
     assert "unstable" in reason
     assert failed.error == {"anything": None} and not failed.passed
     assert cells(failed)[-2:] == ["failed !", "MISSED"]
@@ -108,7 +108,7 @@ def test_a_measure_samples_at_its_interval():
         measures.append(Fall(sim))
         return measures[-1]
 
-    found, _ = run_case(replace(fall(max_time_step=0.003), measure=watched), "coarse", "sweeps4", threads=1)
+    found, _ = run_case(replace(fall(max_time_step=0.003), measure=watched), "coarse", "chebyshev6", threads=1)
     assert found.steps > 30
     assert 8 <= measures[0].samples <= 10
 
@@ -117,7 +117,7 @@ def test_a_measure_samples_at_its_interval():
 def test_every_case_has_valid_scenes_at_rising_resolution(name, tmp_path):
     case = load(name)
     assert case.name == name and case.title and case.reference and case.target
-    spacings = [scene_of(case, level, "sweeps4", tmp_path).spacing for level in ("coarse", "medium", "paper")]
+    spacings = [scene_of(case, level, "chebyshev6", tmp_path).spacing for level in ("coarse", "medium", "paper")]
     assert spacings == sorted(spacings, reverse=True) and len(set(spacings)) == 3
 
 
@@ -137,7 +137,7 @@ def test_orders_of_convergence():
         row(level=level, spacing=dr, error=dict.fromkeys(case.target, 0.0) | {"front_speed": dr, "front_curve": sign})
         for level, dr, sign in (("coarse", 0.02, 0.1), ("medium", 0.01, -0.1))
     ]
-    assert orders(case, rows) == {"sweeps4": {"front_speed": pytest.approx(1)}}
+    assert orders(case, rows) == {"chebyshev6": {"front_speed": pytest.approx(1)}}
     assert orders(case, rows[:1]) == {}
 
 
@@ -163,7 +163,7 @@ def test_the_store_keeps_the_latest_of_each_row(tmp_path):
     store.add(row(solver="explicit"), threads=1)
     store.add(row(wall_seconds=780.0, passed=False), threads=1)
     again = Store.choose(tmp_path)
-    assert [(r.row.solver, r.row.wall_seconds) for r in again.results] == [("explicit", 2.0), ("sweeps4", 780.0)]
+    assert [(r.row.solver, r.row.wall_seconds) for r in again.results] == [("explicit", 2.0), ("chebyshev6", 780.0)]
     text = (tmp_path / "VALIDATION.md").read_text()
     assert text == again.markdown()
     assert "13.0 min" in text and "Rows that miss a target: dam_front (1 of 2)." in text
@@ -181,7 +181,9 @@ def test_rows_of_an_older_definition_are_dropped(tmp_path):
 
 
 def test_the_command_end_to_end(tmp_path):
-    run = CliRunner().invoke(app, ["validate", "dam_front", "--out", str(tmp_path), "--threads", "1", "--json", "--quiet"])
+    run = CliRunner().invoke(
+        app, ["validate", "dam_front", "--out", str(tmp_path), "--threads", "1", "--json", "--quiet"]
+    )
     assert run.exit_code == 0
     (found,) = json.loads(run.stdout)
     assert list(found) == KEYS and found["case"] == "dam_front" and found["level"] == "coarse"
@@ -189,7 +191,7 @@ def test_the_command_end_to_end(tmp_path):
     assert found["passed"] == all(abs(found["error"][k]) <= v for k, v in found["target"].items())
     assert abs(found["error"]["front_speed"]) < 0.1 and found["error"]["leaks"] == 0
     assert {file.name for file in tmp_path.iterdir()} == {"results.json", "dam_front.png", "VALIDATION.md"}
-    assert "| coarse | sweeps4 |" in (tmp_path / "VALIDATION.md").read_text()
+    assert "| coarse | chebyshev6 |" in (tmp_path / "VALIDATION.md").read_text()
 
 
 @pytest.mark.parametrize(
@@ -209,6 +211,6 @@ def test_a_wrong_choice_ends_with_code_2(arguments, message, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["still_water", "standing_wave", "elliptical_drop", "wavemaker_2", "tall_column"])
 def test_cheap_cases_give_all_their_errors(name):
-    found, reason = run_case(load(name), "coarse", "sweeps4", threads=1)
+    found, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
     assert reason == ""
     assert set(found.error) == set(found.target) and None not in found.error.values()
