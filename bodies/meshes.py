@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from bodies import sampling
+from bodies import layers as layering
 from bodies.distance import TriangleTree, nearest_segment
 from bodies.shapes import Placed
 from fsi.errors import SceneError
@@ -17,13 +17,13 @@ from fsi.protocols import Solid
 class Surface:
     """A closed surface with a distance function. `mean_thickness` is volume over half the surface [m]."""
 
-    def __init__(self, nearest: sampling.Nearest, vertices: np.ndarray, mean_thickness: float):
+    def __init__(self, nearest: layering.Nearest, vertices: np.ndarray, mean_thickness: float):
         self._nearest, self._finest = nearest, mean_thickness / 3
         self._bounds = vertices.min(axis=0), vertices.max(axis=0)
 
     def sample(self, spacing: float, layers: int) -> np.ndarray:
         """Boundary particles (n, dim), as `Solid.boundary`."""
-        return sampling.under(self._nearest, *self._bounds, spacing, layers, self._finest)
+        return layering.under(self._nearest, *self._bounds, spacing, layers, self._finest)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) of points (n, dim), negative inside; far outside, that to the bounding box."""
@@ -35,7 +35,7 @@ class Surface:
 
     def thickness(self, spacing: float) -> float:
         """Diameter of the largest ball inside [m], told apart up to two and a half spacings."""
-        return 2 * sampling.deepest(self._nearest, *self._bounds, spacing, self._finest)
+        return 2 * layering.deepest(self._nearest, *self._bounds, spacing, self._finest)
 
 
 def mesh(vertices: np.ndarray, triangles: np.ndarray) -> Surface:

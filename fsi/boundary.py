@@ -134,8 +134,8 @@ def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool 
 
 @njit(nogil=True, cache=True)
 def lift_of(position, owner, centre, acceleration, twist, fall, density, weights, lift):
-    """lift (b, m) = rho (g - a_b) . sum W x_bj, g = fall (DIM,), for each column m of accelerations (m, owners, 6) of the owners, whose
-    twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
+    """lift (b, m) = rho (g - a_b) . sum W x_bj, g = fall (DIM,), for each column m of accelerations (m, owners, 6) of the
+    owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
     dim = position.shape[1]
     r, s = np.zeros(3), np.zeros(3)
     for b in range(position.shape[0]):

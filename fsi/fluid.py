@@ -8,104 +8,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from fsi import boundary, kernel, sweeps
+from fsi import boundary, sweeps
 from fsi.cells import CellSort, Grid, whole
-from fsi.lanes import claim
 from fsi.layout import Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import HIGHEST, SOUND, chebyshev, iteration
+from fsi.rows import gather, pack_boundary, pack_fluid
 from fsi.scene import Scene
+from fsi.scheme import sweep_constants
 from fsi.threads import Team
-
-
-@njit(nogil=True, cache=True)
-def _gather(counter, bounds, order, source, target):
-    """target[i] = source[order[i]]."""
-    while True:
-        c = claim(counter)
-        if c >= bounds.size - 1:
-            break
-        for i in range(bounds[c], bounds[c + 1]):
-            target[i] = source[order[i]]
-
-
-@njit(nogil=True, cache=True)
-def _pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, trial, field, twin):
-    """Fill the rows of particles that are in cell order."""
-    dim = position.shape[1]
-    while True:
-        c = claim(counter)
-        if c >= bounds.size - 1:
-            break
-        for i in range(bounds[c], bounds[c + 1]):
-            for d in range(dim):
-                x = position[i, d] - lower[d]
-                xs[d, i] = x
-                flow[i, d] = x
-                trial[i, d] = x
-                field[i, d] = x
-                twin[i, d] = x
-                flow[i, dim + d] = velocity[i, d]
-            trial[i, dim] = pressure[i]
-
-
-@njit(nogil=True, cache=True)
-def _pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, dt, fall, xs,
-                   flow, trial, field, twin):  # fmt: skip
-    """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
-    acceleration makes its final velocity."""
-    dim = position.shape[1]
-    for b in range(order.size):
-        j, i = order[b], first + b
-        owner2[b] = owner[j]
-        for d in range(dim):
-            flow[i, dim + d] = velocity[j, d]  # before `trial`, which is the same array where nothing is viscous
-        for d in range(dim):
-            position2[b, d] = position[j, d]
-            velocity2[b, d] = velocity[j, d]
-            x = position[j, d] - lower[d]
-            xs[d, i] = x
-            flow[i, d] = x
-            trial[i, d] = x
-            field[i, d] = x
-            twin[i, d] = x
-            trial[i, dim + 1 + d] = velocity[j, d] + dt * fall[d]
-
-
-def sweep_constants(scene: Scene, depth: float, dtype) -> sweeps.Constants:
-    """The scalars of the sweeps for a scene whose fluid is `depth` metres high."""
-    dim, dr, h, rho = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density
-    volume = dr**dim
-    mass = rho * volume
-    lattice = kernel.lattice(dr, h, dim)
-    slope = float(kernel.gradient_factor(0.0, h, dim))
-    numerics = scene.numerics
-    relaxation = numerics.density_relaxation
-    if relaxation is None:
-        relaxation = iteration(numerics).gain * (SOUND * h * math.pi / (2 * depth)) ** 2 / 2
-    sound = math.sqrt(scene.gravity * depth) / numerics.mach
-    values = sweeps.Constants(
-        inverse_support=0.5 / h,
-        eta2=(0.1 * h) ** 2,
-        density_factor=float(kernel.value(0.0, h, dim)) / lattice.density,
-        divergence_factor=slope * volume,
-        laplacian_factor=2 * slope * mass / rho**2,
-        gradient_factor=slope * mass / rho**2,
-        viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
-        artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
-        lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
-        surface_factor=lattice.surface_factor,
-        relaxation=relaxation,
-        density=rho,
-        mass=mass * (scene.tank.width if dim == 2 else 1.0),
-        shifting=numerics.shifting * h * slope * volume,
-        guard=numerics.wall_guard * dr,
-        guard2=(numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
-    )
-    return sweeps.Constants(*(dtype(v) for v in values))
 
 
 class Fluid:
@@ -212,10 +125,10 @@ class Fluid:
         self._state = [self._in_order(a, order, n) for a in self._state]
         rows = self._flow, self._trial, self._field, self._twin
         if n:
-            self.team.run(_pack_fluid, whole(n), self.grid.lower, *self._state[:3], self._xs, *rows)
+            self.team.run(pack_fluid, whole(n), self.grid.lower, *self._state[:3], self._xs, *rows)
         order = self._boundary_sort.update(self.boundary)[: self._boundary_sort.inside]
         self._solids = b = len(order)
-        _pack_boundary(
+        pack_boundary(
             order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.owner, self._sorted_boundary,
             self._sorted_velocity, self._sorted_owner, dt, self.fall, self._xs, *rows,
         )  # fmt: skip
@@ -240,7 +153,7 @@ class Fluid:
         if spare is None or len(spare) < len(values):
             spare = np.empty_like(values)
         if count:
-            self.team.run(_gather, whole(count), order, values, spare)
+            self.team.run(gather, whole(count), order, values, spare)
         self._spare[kind] = values
         return spare[:count]
 
@@ -294,10 +207,9 @@ class Fluid:
         self._extrapolate(self._field)
         return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
-    def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> int:
+    def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> None:
         """Solve the pressure equation at the start, for fluid released from its initial state: sweeps until one changes
-        the pressure by less than tolerance times its maximum. Follows `begin`; leaves the velocities as they were.
-        Returns the number of sweeps."""
+        the pressure by less than tolerance times its maximum. Follows `begin`; leaves the velocities as they were."""
         velocity = self.velocity.copy()
         slowest = (SOUND * self.scene.smoothing_length * math.pi / (2 * self.depth)) ** 2
         span = HIGHEST / min(slowest, 0.5)
@@ -305,7 +217,7 @@ class Fluid:
         self.pressure(acceleration)
         n, P = self.count, self.dim
         self._twin = self._field.copy()
-        for sweep, (alpha, beta) in enumerate(chebyshev(most, span).weights, 1):
+        for alpha, beta in chebyshev(most, span).weights:
             self._extrapolate(self._field)
             self._advance_pressure(alpha, beta)
             change = np.abs(self._field[:n, P] - self._twin[:n, P]).max()
@@ -313,7 +225,6 @@ class Fluid:
                 break
         self.pressure_values[:] = self._field[:n, P]
         self.velocity[:] = velocity
-        return sweep
 
     def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes of the pressure (m, rows) and of the wrench (m, owners, 6) by each of these accelerations
@@ -358,8 +269,8 @@ class Fluid:
         sums, impulse = np.zeros((chunks, sweeps.sums_width(self.dim))), np.zeros((chunks, self.owners, 6))
         self.team.run(
             self._corrector, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.label,
-            self.position, self.velocity, self.pressure_values, self.fall, self.k, self.dt, self.zones, self.count, self._sorted_boundary,
-            self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
+            self.position, self.velocity, self.pressure_values, self.fall, self.k, self.dt, self.zones, self.count,
+            self._sorted_boundary, self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
         )  # fmt: skip
         self._drop_ghosts()
         maxima = sums[:, : sweeps.KINETIC].max(0, initial=0.0)

@@ -1,7 +1,8 @@
 """The time step and its reasons.
 
-The pressure travels at c = 0.378 h sqrt(gain) / dt (`fsi.pressure`), so dt sets the numerical Mach number; besides, no particle may move or accelerate through a good part of its support in a step, and the explicit viscous term has
-its own limit (Morris et al. 1997, eq. 19-21).
+The pressure travels at c = 0.378 h sqrt(gain) / dt (`fsi.pressure`), so dt sets the numerical Mach number; besides, no
+particle may move or accelerate through a good part of its support in a step, and the explicit viscous term has its own
+limit (Morris et al. 1997, eq. 19-21).
 """
 
 from __future__ import annotations

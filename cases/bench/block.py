@@ -26,7 +26,7 @@ VISIT = 0.3  # seconds that a block is stepped for before it is the next one's t
 # Phases of a step by the kernels in them; what is in none of them is serial and counts as "rest".
 PHASES = {
     "sort": ("_histogram", "_order"),
-    "pack": ("_pack_fluid",),
+    "pack": ("_gather", "_pack_fluid"),
     "lists": ("search",),
     "predictor": ("predict",),
     "first sweep": ("source",),

@@ -145,7 +145,8 @@ def test_a_block_goes_back_to_where_it_was(block):
 
 def test_every_phase_is_found_in_the_solver(block):
     row = phase_shares(block)
-    assert all(row["ns"][phase] > 0 for phase in PHASES)  # a kernel that changes its name would drop out
+    assert all(row["ns"][phase] > 0 for phase in PHASES)
+    assert set(block.team.seconds) == {name for names in PHASES.values() for name in names}
     assert sum(row["ns"].values()) == pytest.approx(block.nanoseconds(), rel=0.5)
     assert speed(block, pair_counts(block.fluid))["particles"] == block.fluid.count == 1000
 

@@ -64,9 +64,10 @@ def test_no_hole_under_faces_edges_and_corners(name, dim):
 @pytest.mark.parametrize("name", BODIES)
 def test_edges_keep_the_volume(name, dim):
     shape, _ = surface_of(BODIES[name], dim)
-    side = 0.004
+    side = 0.0029
     lower, upper = shape._bounds
-    grid = np.stack(np.meshgrid(*[np.arange(a + side / 2, b, side) for a, b in zip(lower, upper)], indexing="ij"), -1)
+    axes = [np.arange(a, b, side) for a, b in zip(lower + 0.3 * side, upper, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
     depth = -shape.distance(grid.reshape(-1, dim))
     volume = ((depth > 0) & (depth < LAYERS * S)).sum() * side**dim
     assert len(shape.sample(S, LAYERS)) * S**dim == pytest.approx(volume, rel=0.025)

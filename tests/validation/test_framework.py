@@ -98,7 +98,7 @@ def unstable() -> Case:
             "numerics": {"fixed_time_step": 0.05},
         }
 
-    return Case("unstable", "Too large a time step", "", {"coarse": 0.05}, scene, Measure, {"anything": 1.0})
+    return Case("unstable", "Too large a time step", "", {"coarse": 0.02}, scene, Measure, {"anything": 1.0})
 
 
 def test_a_measure_samples_at_its_interval():

@@ -1,0 +1,110 @@
+"""Choose evenly spread points among many, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+def thin_to(points: np.ndarray, fixed: np.ndarray, wanted: float, spacing: float) -> np.ndarray:
+    """Some of the points (n, dim), as evenly spread as a greedy choice gets them: about `wanted` together with the
+    `fixed` ones (k, dim), which they keep away from."""
+    both, first = np.vstack([fixed, points]), len(fixed)
+    if len(both) <= 1:
+        return points
+    low, high = 0.3 * spacing, 1.3 * spacing
+    for _ in range(12):
+        radius = (low + high) / 2
+        kept = _apart(both, radius, first)
+        if abs(kept.sum() - wanted) <= 0.005 * wanted:
+            break
+        low, high = (radius, high) if kept.sum() > wanted else (low, radius)
+    return points[kept[first:]]
+
+
+def apart(points: np.ndarray, radius: float, fixed: np.ndarray) -> np.ndarray:
+    """The points (n, dim), first come first served, that are `radius` [m] from each other and from the `fixed` ones
+    (k, dim)."""
+    return points[_apart(np.vstack([fixed, points]), radius, len(fixed))[len(fixed) :]]
+
+
+def centres(points: np.ndarray, chosen: np.ndarray, reach: float) -> np.ndarray:
+    """Mean (k, dim) of the points (n, dim) that are nearer to each of the `chosen` (k, dim) than to the others, within
+    `reach` [m]; the chosen one itself where there is none."""
+    total, count = _gather(points, chosen, reach)
+    return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None], chosen)
+
+
+@njit(cache=True)
+def _apart(points, radius, first):
+    """Which points (n, dim) to keep, first come first served, so that no two are closer than radius;
+    the `first` ones whatever their distance."""
+    n, dim = points.shape
+    slots = 1
+    while slots < 2 * n:
+        slots *= 2
+    head, following, kept = np.full(slots, -1), np.full(n, -1), np.zeros(n, np.bool_)
+    cell = np.zeros(3, np.int64)
+    deep = 1 if dim == 3 else 0
+    for i in range(n):
+        for k in range(dim):
+            cell[k] = int(np.floor(points[i, k] / radius))
+        free = True
+        for a in range(-1, 2):
+            for b in range(-1, 2):
+                for c in range(-deep, deep + 1):
+                    j = head[_slot(cell[0] + a, cell[1] + b, cell[2] + c, slots)]
+                    while free and j >= 0:
+                        square = 0.0
+                        for k in range(dim):
+                            square += (points[i, k] - points[j, k]) ** 2
+                        free = square >= radius * radius
+                        j = following[j]
+        if free or i < first:
+            slot = _slot(cell[0], cell[1], cell[2], slots)
+            kept[i], following[i], head[slot] = True, head[slot], i
+    return kept
+
+
+@njit(cache=True)
+def _gather(points, chosen, reach):
+    """Sum (k, dim) and number (k,) of the points (n, dim) nearest to each of the chosen (k, dim), within reach."""
+    n, dim = chosen.shape
+    slots = 1
+    while slots < 2 * n:
+        slots *= 2
+    head, following = np.full(slots, -1), np.full(n, -1)
+    cell = np.zeros(3, np.int64)
+    deep = 1 if dim == 3 else 0
+    for j in range(n):
+        for k in range(dim):
+            cell[k] = int(np.floor(chosen[j, k] / reach))
+        slot = _slot(cell[0], cell[1], cell[2], slots)
+        following[j], head[slot] = head[slot], j
+    total, count = np.zeros((n, dim)), np.zeros(n, np.int64)
+    for i in range(len(points)):
+        for k in range(dim):
+            cell[k] = int(np.floor(points[i, k] / reach))
+        best, owner = reach * reach, -1
+        for a in range(-1, 2):
+            for b in range(-1, 2):
+                for c in range(-deep, deep + 1):
+                    j = head[_slot(cell[0] + a, cell[1] + b, cell[2] + c, slots)]
+                    while j >= 0:
+                        square = 0.0
+                        for k in range(dim):
+                            square += (points[i, k] - chosen[j, k]) ** 2
+                        if square < best:
+                            best, owner = square, j
+                        j = following[j]
+        if owner >= 0:
+            count[owner] += 1
+            for k in range(dim):
+                total[owner, k] += points[i, k]
+    return total, count
+
+
+@njit(cache=True)
+def _slot(a, b, c, slots):
+    """Slot of a cell in the table of `slots`, a power of two (Teschner et al. 2003)."""
+    return ((a * 73856093) ^ (b * 19349663) ^ (c * 83492791)) & (slots - 1)

@@ -1,0 +1,61 @@
+"""Filling the packed rows that the sweeps read, from particles in cell order."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from fsi.lanes import claim
+
+
+@njit(nogil=True, cache=True)
+def gather(counter, bounds, order, source, target):
+    """target[i] = source[order[i]]."""
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        for i in range(bounds[c], bounds[c + 1]):
+            target[i] = source[order[i]]
+
+
+@njit(nogil=True, cache=True)
+def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, trial, field, twin):
+    """Fill the rows of particles that are in cell order."""
+    dim = position.shape[1]
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        for i in range(bounds[c], bounds[c + 1]):
+            for d in range(dim):
+                x = position[i, d] - lower[d]
+                xs[d, i] = x
+                flow[i, d] = x
+                trial[i, d] = x
+                field[i, d] = x
+                twin[i, d] = x
+                flow[i, dim + d] = velocity[i, d]
+            trial[i, dim] = pressure[i]
+
+
+@njit(nogil=True, cache=True)
+def pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, dt, fall, xs,
+                   flow, trial, field, twin):  # fmt: skip
+    """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
+    acceleration makes its final velocity."""
+    dim = position.shape[1]
+    for b in range(order.size):
+        j, i = order[b], first + b
+        owner2[b] = owner[j]
+        for d in range(dim):
+            flow[i, dim + d] = velocity[j, d]  # before `trial`, which is the same array where nothing is viscous
+        for d in range(dim):
+            position2[b, d] = position[j, d]
+            velocity2[b, d] = velocity[j, d]
+            x = position[j, d] - lower[d]
+            xs[d, i] = x
+            flow[i, d] = x
+            trial[i, d] = x
+            field[i, d] = x
+            twin[i, d] = x
+            trial[i, dim + 1 + d] = velocity[j, d] + dt * fall[d]
