@@ -24,17 +24,28 @@ def particles(nearest: Nearest, points: np.ndarray, target: float, spacing: floa
     corners = thinning.apart(place[faces == points.shape[1]], 0.7 * spacing, place[:0])
     chosen = corners
     if points.shape[1] == 3:
-        along = place[faces == 2]
-        chosen = np.vstack([corners, thinning.apart(along, 0.9 * spacing, corners)])
-        for _ in range(20):
-            centre = thinning.centres(along, chosen, 1.5 * spacing)[len(corners) :]
-            good = np.abs(nearest(centre)[0] + target) < 0.01 * target
-            chosen[len(corners) :][good] = centre[good]
+        chosen = _row(nearest, place[faces == 2], corners, spacing, (0.99 * target, 1.01 * target))
     if target < spacing:
-        depth = -nearest(shallow)[0]
-        tip = (faces > 0) & (np.linalg.norm(place - shallow, axis=1) > 0.85 * spacing) & (depth > 0.1 * spacing)
-        tips = shallow[tip][np.argsort(-np.round(depth[tip] / spacing, 2), kind="stable")]
-        chosen = np.vstack([chosen, thinning.apart(tips, 0.85 * spacing, chosen)])
+        depth, away = -nearest(shallow)[0], np.linalg.norm(place - shallow, axis=1) / spacing
+        off = np.abs(away - np.maximum(np.round(away), 1.0))
+        tip = np.flatnonzero((faces > 0) & (depth > 0.1 * spacing) & (off < 0.15))
+        tips = shallow[tip[np.argsort(np.round(off[tip] / 0.05), kind="stable")]]
+        chosen = _row(nearest, tips, chosen, spacing, (0.1 * spacing, target))
+    return chosen
+
+
+def _row(
+    nearest: Nearest, points: np.ndarray, fixed: np.ndarray, spacing: float, between: tuple[float, float]
+) -> np.ndarray:
+    """The `fixed` points (k, dim), then some of the points (n, dim), which crowd along lines, about a spacing apart and
+    settled between their neighbours at depths that lie `between` two [m]."""
+    points = thinning.apart(points, 0.08 * spacing, points[:0])  # equally dense along the lines
+    chosen = np.vstack([fixed, thinning.apart(points, 0.9 * spacing, fixed)])
+    for _ in range(60 if len(chosen) > len(fixed) else 0):
+        centre = thinning.centres(points, chosen, 1.5 * spacing)[len(fixed) :]
+        depth = -nearest(centre)[0]
+        good = (depth > between[0]) & (depth < between[1])
+        chosen[len(fixed) :][good] = centre[good]
     return chosen
 
 

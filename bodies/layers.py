@@ -50,12 +50,21 @@ def _fill(
     neighbours."""
     eighths = (np.indices([2] * points.shape[1]).reshape(points.shape[1], -1).T - 0.5) * step / 2
     parts = (points[:, None] + eighths).reshape(-1, points.shape[1])
-    chosen = np.vstack([first, thinning.thin_to(points, first, wanted, spacing)])
+    others = thinning.thin_to(points, first, wanted, spacing)
+    if abs(len(first) + len(others) - wanted) > 0.01 * wanted:  # the lattice allows few distances
+        strewn = points + np.random.default_rng(0).uniform(-0.5, 0.5, points.shape) * step
+        moved, reached = _slide(nearest, strewn, target)
+        others = thinning.thin_to(moved[reached > 0.99 * target], first, wanted, spacing)
+    chosen = np.vstack([first, others])
     for _ in range(SETTLING):
         centre = thinning.centres(parts, chosen, 1.5 * spacing)[len(first) :]
         moved, reached = _slide(nearest, centre, target)
         good = np.abs(reached - target) < 0.01 * target
-        chosen[len(first) :][good] = moved[good]
+        settled = chosen.copy()
+        settled[len(first) :][good] = moved[good]
+        gap = thinning.gaps(settled, spacing)
+        crowded = gap < np.minimum(0.75 * spacing, thinning.gaps(chosen, spacing))
+        chosen = np.where(crowded[:, None], chosen, settled)
     return chosen
 
 

@@ -31,8 +31,16 @@ def apart(points: np.ndarray, radius: float, fixed: np.ndarray) -> np.ndarray:
 def centres(points: np.ndarray, chosen: np.ndarray, reach: float) -> np.ndarray:
     """Mean (k, dim) of the points (n, dim) that are nearer to each of the `chosen` (k, dim) than to the others, within
     `reach` [m]; the chosen one itself where there is none."""
-    total, count = _gather(points, chosen, reach)
+    owner = _search(points, chosen, reach, False)[0]
+    points, owner = points[owner >= 0], owner[owner >= 0]
+    count = np.bincount(owner, minlength=len(chosen))
+    total = np.column_stack([np.bincount(owner, weights=x, minlength=len(chosen)) for x in points.T])
     return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None], chosen)
+
+
+def gaps(points: np.ndarray, reach: float) -> np.ndarray:
+    """Distance (n,) of each of the points (n, dim) to the next one [m], `reach` where that is farther."""
+    return np.sqrt(_search(points, points, reach, True)[1])
 
 
 @njit(cache=True)
@@ -67,8 +75,9 @@ def _apart(points, radius, first):
 
 
 @njit(cache=True)
-def _gather(points, chosen, reach):
-    """Sum (k, dim) and number (k,) of the points (n, dim) nearest to each of the chosen (k, dim), within reach."""
+def _search(points, chosen, reach, same):
+    """For each of the points (n, dim) the nearest of the chosen (k, dim), -1 where none is within reach, and the square
+    of its distance, at most that of reach; where both are the `same`, the nearest other one."""
     n, dim = chosen.shape
     slots = 1
     while slots < 2 * n:
@@ -81,11 +90,10 @@ def _gather(points, chosen, reach):
             cell[k] = int(np.floor(chosen[j, k] / reach))
         slot = _slot(cell[0], cell[1], cell[2], slots)
         following[j], head[slot] = head[slot], j
-    total, count = np.zeros((n, dim)), np.zeros(n, np.int64)
+    owner, best = np.full(len(points), -1), np.full(len(points), reach * reach)
     for i in range(len(points)):
         for k in range(dim):
             cell[k] = int(np.floor(points[i, k] / reach))
-        best, owner = reach * reach, -1
         for a in range(-1, 2):
             for b in range(-1, 2):
                 for c in range(-deep, deep + 1):
@@ -94,14 +102,10 @@ def _gather(points, chosen, reach):
                         square = 0.0
                         for k in range(dim):
                             square += (points[i, k] - chosen[j, k]) ** 2
-                        if square < best:
-                            best, owner = square, j
+                        if square < best[i] and not (same and i == j):
+                            best[i], owner[i] = square, j
                         j = following[j]
-        if owner >= 0:
-            count[owner] += 1
-            for k in range(dim):
-                total[owner, k] += points[i, k]
-    return total, count
+    return owner, best
 
 
 @njit(cache=True)

@@ -45,7 +45,6 @@ class Fluid:
         self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.fall[-1] -= scene.gravity
         self.periodic = Periodic(scene)
-        self.closed = not scene.fluid.blocks and scene.fluid.still_water_level == scene.tank.max[-1]
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
@@ -60,7 +59,7 @@ class Fluid:
         L, D, numerics = self.lanes, self.dim, self.scene.numerics
         laminar = numerics.viscosity == "laminar" and self.scene.fluid.kinematic_viscosity > 0
         viscosity = numerics.wall_slip if laminar else "none"
-        shifted = numerics.shifting > 0
+        shifted = self.scene.shifting > 0
         self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted)
         self._source = sweeps.make_source(L, D)
         self._sweep = sweeps.make_sweep(L, D)
@@ -97,7 +96,7 @@ class Fluid:
         self._field = np.zeros((rows, 4), self.dtype)
         self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
-        self._coefficients = np.zeros((n, 5 if self.scene.numerics.shifting else 4), self.dtype)
+        self._coefficients = np.zeros((n, 5 if self.scene.shifting else 4), self.dtype)
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -196,14 +195,16 @@ class Fluid:
             self._source, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.k,
             self.dtype(self.dt), self.dtype(self.iteration.weights[0][0]),
         )  # fmt: skip
-        if self.closed:
-            self._balance()
+        if self.scene.closed:
+            self._balance_source()
         self.periodic.mirror(self._field, slice(self.dim, None))
         if len(self.iteration.weights) > 1:
             self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
         for alpha, beta in self.iteration.weights[1:]:
             self._extrapolate(self._field)
             self._advance_pressure(alpha, beta)
+        if self.scene.closed:
+            self._field[: self.count, self.dim] -= self._field[: self.count, self.dim][self.label >= 0].mean()
         self._extrapolate(self._field)
         return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
@@ -337,15 +338,14 @@ class Fluid:
                 nowhere, nowhere,
             )  # fmt: skip
 
-    def _balance(self) -> None:
+    def _balance_source(self) -> None:
         """Without a free surface the pressure is known up to a constant only, and has a solution only for a source
-        without a mean: take the mean out of both, or it would grow from step to step."""
-        real = self.label >= 0
-        coefficients, field = self._coefficients[: self.count], self._field[: self.count]
-        mean = coefficients[real, sweeps.SOURCE].mean()
+        without a mean: take the mean out of the source, which the first sweep has used, or the pressure would grow."""
+        coefficients = self._coefficients[: self.count]
+        mean = coefficients[self.label >= 0, sweeps.SOURCE].mean()
         coefficients[:, sweeps.SOURCE] -= mean
-        field[:, self.dim] += mean / coefficients[:, sweeps.DIAGONAL]
-        field[:, self.dim] -= field[real, self.dim].mean()
+        weight = 1 + coefficients[:, sweeps.INNER] * self.dtype(self.iteration.weights[0][0] - 1)
+        self._field[: self.count, self.dim] += weight * mean / coefficients[:, sweeps.DIAGONAL]
 
     def _advance_pressure(self, alpha: float, beta: float) -> None:
         """One sweep (`fsi.pressure`)."""

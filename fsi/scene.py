@@ -191,7 +191,7 @@ class Numerics(Part):
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
-    shifting: NonNegative = 0.0  # A of the particle shift A h |u| dt grad C (Skillen et al. 2013); 2 to 6, 0 is off
+    shifting: NonNegative | None = None  # A of the shift A h |u| dt grad C (Skillen et al. 2013); None: 6 without free surface
     wall_guard: NonNegative = (
         0.8  # distance [spacing] to wall particles that a fluid particle is kept from crossing; 0 is off
     )
@@ -235,6 +235,16 @@ class Scene(Part):
     def smoothing_length(self) -> float:
         """h [m]; the kernel's support is 2 h."""
         return self.numerics.smoothing_ratio * self.spacing
+
+    @property
+    def closed(self) -> bool:
+        """True where the fluid fills the tank and has no free surface."""
+        return not self.fluid.blocks and self.fluid.still_water_level == self.tank.max[-1]
+
+    @property
+    def shifting(self) -> float:
+        """Coefficient of the particle shift; 0 is off."""
+        return (6.0 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
 
     @property
     def layers(self) -> int:

@@ -36,7 +36,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         relaxation=relaxation,
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
-        shifting=numerics.shifting * h * slope * volume,
+        shifting=scene.shifting * h * slope * volume,
         guard=numerics.wall_guard * dr,
         guard2=(numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )

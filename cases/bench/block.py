@@ -25,8 +25,8 @@ VISIT = 0.3  # seconds that a block is stepped for before it is the next one's t
 
 # Phases of a step by the kernels in them; what is in none of them is serial and counts as "rest".
 PHASES = {
-    "sort": ("_histogram", "_order"),
-    "pack": ("_gather", "_pack_fluid"),
+    "sort": ("histogram", "order"),
+    "pack": ("gather", "pack_fluid"),
     "lists": ("search",),
     "predictor": ("predict",),
     "first sweep": ("source",),
@@ -46,7 +46,7 @@ class TimedTeam(Team):
     def run(self, kernel, bounds, *args) -> None:
         start = self.clock()
         super().run(kernel, bounds, *args)
-        self.seconds[kernel.__name__] += self.clock() - start
+        self.seconds[kernel.__name__.strip("_")] += self.clock() - start
 
 
 class Block:

@@ -20,12 +20,14 @@ Format = Callable[[dict], str]
 
 @dataclass(frozen=True)
 class Table:
-    """A title, what to know about it, the heads and the cells of a table."""
+    """A title, what to know about it, the heads and the cells of a table; `brief`: the heads that a terminal has room for,
+    all of them if empty."""
 
     title: str
     note: str
     heads: list[str]
     cells: list[list[str]]
+    brief: tuple[str, ...] = ()
 
     def markdown(self) -> str:
         lines = [f"## {self.title}", ""] + ([self.note, ""] if self.note else [])
@@ -37,13 +39,13 @@ class Table:
         from rich.box import SIMPLE_HEAD
         from rich.table import Table as RichTable
 
-        out = RichTable(
-            title=self.title, title_justify="left", caption=self.note, caption_justify="left", box=SIMPLE_HEAD
-        )
-        for head in self.heads:
-            out.add_column(head)
+        shown = [i for i, head in enumerate(self.heads) if not self.brief or head in self.brief]
+        note = {"caption": self.note, "caption_justify": "left"}
+        out = RichTable(title=self.title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), **note)
+        for i in shown:
+            out.add_column(self.heads[i])
         for row in self.cells:
-            out.add_row(*row, style="red" if "MISSED" in row or "NO" in row else None)
+            out.add_row(*(row[i] for i in shown), style="red" if "MISSED" in row or "NO" in row else None)
         return out
 
 
@@ -56,8 +58,8 @@ def text(name: str) -> Format:
     return lambda row: str(row.get(name, ""))
 
 
-def table(title: str, note: str, columns: dict[str, Format], rows: list[dict]) -> Table:
-    return Table(title, note, list(columns), [[show(row) for show in columns.values()] for row in rows])
+def table(title: str, note: str, columns: dict[str, Format], rows: list[dict], brief: tuple[str, ...] = ()) -> Table:
+    return Table(title, note, list(columns), [[show(row) for show in columns.values()] for row in rows], brief)
 
 
 KIND = {"case": text("case"), "precision": text("precision"), "sweeps": text("sweeps"), "threads": text("threads")}
@@ -105,6 +107,7 @@ def _speed(result: dict) -> list[Table]:
         "each further sweep [ns per particle]": number("further_sweep_ns", ".0f"),
     }
     shares = {name: _part("ns", name, ".0f") for name in (*PHASES, "rest")}
+    brief = (*KIND, "lists", "predictor", "first sweep", "further sweeps", "corrector", "rest")
     note = (
         "A block of fluid without walls. Pairs: inside the support, itself left out, over all passes of a step "
         "(predictor, corrector, one a pressure sweep); processed: all lanes of all list entries."
@@ -114,9 +117,9 @@ def _speed(result: dict) -> list[Table]:
         "B per particle": number("bytes_per_particle", ".0f"), "memory so far [GiB]": number("peak_memory_gib", ".2f"),
     }  # fmt: skip
     return [
-        table("Speed of the plain fluid", note, speed, result["speed"]),
+        table("Speed of the plain fluid", note, speed, result["speed"], (*KIND, *list(speed)[5:8])),
         table("Threads and sweeps", "", KIND | team, result["ratios"]),
-        table("Phases [ns per particle]", "Of several threads: wall time.", KIND | shares, result["phases"]),
+        table("Phases [ns per particle]", "Of several threads: wall time.", KIND | shares, result["phases"], brief),
         table("Flatness over the size", "Single precision, one sweep, one thread.", flat, result["flatness"]),
     ]
 
@@ -140,6 +143,7 @@ def _limits(result: dict) -> list[Table]:
         "of vector peak, processed [%]": number("processed", ".0f", 100),
         "useful [%]": number("useful", ".0f", 100),
     }  # fmt: skip
+    brief = ("case", "precision", "sweep", "ns per particle", "binds", "of that limit [%]", "useful [%]")
     note = (
         "Against the best rates of one thread, over the widths tried: the time that each limit would take alone; the "
         "largest binds. Processed counts the operations of all lanes, useful those of pairs inside the support."
@@ -149,7 +153,7 @@ def _limits(result: dict) -> list[Table]:
             "Limits of the machine: arithmetic", "In the vector type of the sweeps.", rates, result["limits"]["rates"]
         ),
         table("Limits of the machine: memory", "", memory, result["limits"]["bandwidth"]),
-        table("Roofline of the sweeps", note, roof, result["roofline"]),
+        table("Roofline of the sweeps", note, roof, result["roofline"], brief),
     ]
 
 
@@ -159,7 +163,11 @@ def _memory(rows: list[dict]) -> Table:
         **{part: _part("parts", part, ".0f") for part in (*PARTS, BOUNDARY)},
         "share of fluid particles": number("fluid_share", ".2f"),
     }  # fmt: skip
-    return table("Bytes per particle", "A 3D tank of still water; fluid and boundary particles.", columns, rows)
+    note, brief = (
+        "A 3D tank of still water; fluid and boundary particles.",
+        ("numerics", "total", "lists", "packed rows", "state"),
+    )
+    return table("Bytes per particle", note, columns, rows, brief)
 
 
 def _runs(result: dict) -> list[Table]:
@@ -184,10 +192,11 @@ def _runs(result: dict) -> list[Table]:
         "run": text("run"), "threads": text("threads"), "steps": text("steps"),
         "bit for bit the same as one thread": lambda row: "yes" if row["identical"] else "NO",
     }  # fmt: skip
+    brief = ("term added", "ns per particle", "over plain", "B per particle", "compile [s]", "optional ones")
     terms_note = "The 2D flume of the flap on one thread; compiling and imports in a process of their own."
     return [
         table("The flap, with bodies and logging", "Four sweeps, artificial viscosity on.", flap, result["flap"]),
-        table("What each term costs", terms_note, terms, result["ablation"]),
+        table("What each term costs", terms_note, terms, result["ablation"], brief),
         table("`fsi run dam_break` to its first step", "A whole process.", start, result["start"]),
         table("Determinism", "It costs nothing: chunks depend on the particles alone.", equal, result["determinism"]),
     ]
