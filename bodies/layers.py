@@ -38,23 +38,30 @@ def under(
         thick = np.minimum(2 * reached[keep], spacing)
         wanted = (shares[keep] * step / thick).sum() * (step / spacing) ** (len(lower) - 1)
         first = edges.particles(nearest, within, target, spacing, step)
-        parts.append(_fill(nearest, moved[keep], first, wanted, target, spacing, step))
+        parts.append(_fill(nearest, moved[keep], reached[keep], first, wanted, target, spacing, step))
     return np.vstack(parts)
 
 
 def _fill(
-    nearest: Nearest, points: np.ndarray, first: np.ndarray, wanted: float, target: float, spacing: float, step: float
+    nearest: Nearest,
+    points: np.ndarray,
+    depth: np.ndarray,
+    first: np.ndarray,
+    wanted: float,
+    target: float,
+    spacing: float,
+    step: float,
 ) -> np.ndarray:
     """About `wanted` particles (n, dim), evenly spread: the fixed ones `first` (k, dim), the others chosen from the
-    candidates `points` (m, dim), each for a cell of size `step`, at the depth `target` [m] and settled between their
-    neighbours."""
+    candidates `points` (m, dim), each for a cell of size `step` and as close to the depth `target` [m] as `depth` (m,),
+    and settled between their neighbours."""
     eighths = (np.indices([2] * points.shape[1]).reshape(points.shape[1], -1).T - 0.5) * step / 2
     parts = (points[:, None] + eighths).reshape(-1, points.shape[1])
     others = thinning.thin_to(points, first, wanted, spacing)
     if abs(len(first) + len(others) - wanted) > 0.01 * wanted:  # the lattice allows few distances
         strewn = points + np.random.default_rng(0).uniform(-0.5, 0.5, points.shape) * step
         moved, reached = _slide(nearest, strewn, target)
-        others = thinning.thin_to(moved[reached > 0.99 * target], first, wanted, spacing)
+        others = thinning.thin_to(moved[reached > 0.95 * depth], first, wanted, spacing)
     chosen = np.vstack([first, others])
     for _ in range(SETTLING):
         centre = thinning.centres(parts, chosen, 1.5 * spacing)[len(first) :]

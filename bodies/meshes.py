@@ -13,17 +13,28 @@ from bodies.shapes import Placed
 from fsi.errors import SceneError
 from fsi.protocols import Solid
 
+Crop = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a box, each (dim,) [m]
+
 
 class Surface:
-    """A closed surface with a distance function. `mean_thickness` is volume over half the surface [m]."""
+    """A closed surface with a distance function. `mean_thickness` is volume over half the surface [m]; particles are
+    laid only within `crop`."""
 
     def __init__(self, nearest: layering.Nearest, vertices: np.ndarray, mean_thickness: float):
         self._nearest, self._finest = nearest, mean_thickness / 3
+        self.crop: Crop | None = None
         self._bounds = vertices.min(axis=0), vertices.max(axis=0)
 
     def sample(self, spacing: float, layers: int) -> np.ndarray:
         """Boundary particles (n, dim), as `Solid.boundary`."""
-        return layering.under(self._nearest, *self._bounds, spacing, layers, self._finest)
+        lower, upper = self._bounds
+        if self.crop is None:
+            return layering.under(self._nearest, lower, upper, spacing, layers, self._finest)
+        low, high = np.maximum(lower, self.crop[0]), np.minimum(upper, self.crop[1])
+        if np.any(high <= low):
+            return np.empty((0, len(lower)))
+        points = layering.under(self._nearest, low, high, spacing, layers, self._finest)
+        return points[np.all((points >= low) & (points <= high), axis=1)]
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) of points (n, dim), negative inside; far outside, that to the bounding box."""
@@ -74,8 +85,11 @@ def section(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np
     return cut(above & ~later), cut(~above & later)
 
 
-def mesh_solid(path: str | Path, dimension: int, source: object = "", key: str = "tank.bathymetry") -> Solid:
-    """A mesh file (STL, OBJ, PLY) as fixed solid ground [m]; in two dimensions its section by y = 0.
+def mesh_solid(
+    path: str | Path, dimension: int, source: object = "", key: str = "tank.bathymetry", crop: Crop | None = None
+) -> Solid:
+    """A mesh file (STL, OBJ, PLY) as fixed solid ground [m]; in two dimensions its section by y = 0. Particles are laid
+    only within the box `crop`, two corners (dim,) [m].
 
     Raises SceneError for a file that is missing, unreadable, open, or misses the plane y = 0.
     """
@@ -91,11 +105,15 @@ def mesh_solid(path: str | Path, dimension: int, source: object = "", key: str =
         raise SceneError("holds no triangles", file=path, fix="export it as STL, OBJ or PLY")
     check_closed(vertices, faces, file=path)
     if dimension == 3:
-        return Placed(mesh(vertices, faces), np.zeros(3), np.eye(3))
+        surface = mesh(vertices, faces)
+        surface.crop = crop
+        return Placed(surface, np.zeros(3), np.eye(3))
     start, end = section(vertices, faces)
     if len(start) == 0:
         raise SceneError("does not meet the plane y = 0 of the 2D scene", file=path, fix="move it along y")
-    return Placed(polygon(start, end), np.zeros(2), np.eye(2))
+    surface = polygon(start, end)
+    surface.crop = crop
+    return Placed(surface, np.zeros(2), np.eye(2))
 
 
 def open_edges(vertices: np.ndarray, triangles: np.ndarray) -> int:
