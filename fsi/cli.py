@@ -150,7 +150,9 @@ def bind(scene: Scene, label: str) -> tuple:
         require("trimesh", "bodies", "a bathymetry")
         from bodies import mesh_solid
 
-        ground = mesh_solid(scene.tank.bathymetry, scene.dimension)
+        margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
+        low, high = ([x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1)))
+        ground = mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
     return bodies, coupler, ground
 
 

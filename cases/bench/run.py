@@ -109,7 +109,7 @@ def run_plan(plan: Plan, threads: int, say: Callable[[str], None]) -> dict:
         result["limits"] = limits(threads, LANES, plan.peak, plan.megabytes)
         say("speed of the plain fluid ...")
         result["speed"], result["phases"] = speed.speeds(plan.sizes, threads, plan.rounds, plan.visit)
-        result["ratios"] = speed.ratios(result["speed"])
+        result["ratios"] = speed.ratios(result["speed"], result["phases"])
         result["roofline"] = speed.rooflines(result["speed"], result["phases"], result["limits"])
         result["flatness"] = speed.flatness(3, plan.flat, plan.rounds, plan.visit)
         say("memory and determinism ...")

@@ -64,8 +64,8 @@ def find(rows: list[dict], **facts) -> dict | None:
     return next((row for row in rows if all(row.get(name) == value for name, value in facts.items())), None)
 
 
-def ratios(rows: list[dict]) -> list[dict]:
-    """What follows from pairs of rows: all threads against one, and the cost of each further sweep [ns per particle]."""
+def ratios(rows: list[dict], phases: list[dict]) -> list[dict]:
+    """All threads against one, and the cost of each further sweep [ns per particle] from the phases of one thread."""
     out = []
     for one in (row for row in rows if row["threads"] == 1):
         facts = {name: one[name] for name in ("case", "precision", "sweeps")}
@@ -74,9 +74,8 @@ def ratios(rows: list[dict]) -> list[dict]:
                 speedup, effort = one["wall_s"] / row["wall_s"], row["processor_s"] / one["processor_s"]
                 out.append(facts | {"threads": row["threads"], "speedup": speedup, "processor_ratio": effort})
         if one["sweeps"] > 1:
-            first = find(rows, **facts | {"sweeps": 1, "threads": 1})
-            more = (one["ns_per_particle"] - first["ns_per_particle"]) / (one["sweeps"] - 1)
-            out.append(facts | {"threads": 1, "further_sweep_ns": more})
+            further = find(phases, **facts, threads=1)["ns"]["further sweeps"] / (one["sweeps"] - 1)
+            out.append(facts | {"threads": 1, "further_sweep_ns": further})
     return out
 
 

@@ -115,7 +115,7 @@ def both_teams(case: str) -> Callable[[dict], str]:
 
     def profile(result: dict) -> str:
         rows = [r for r in result["phases"] if (r["case"], r["precision"], r["sweeps"]) == (case, "single", 1)]
-        texts = [f"{row['threads']} threads: {in_words(row['ns'], 'ns per particle')}" for row in rows]
+        texts = [f"threads {row['threads']}: {in_words(row['ns'], 'ns per particle')}" for row in rows]
         one, many = result["limits"]["rates"][:2]
         gain = many["flops_per_s"] / one["flops_per_s"]
         return "; ".join(texts) + f"; multiply-adds of the machine at that time: {gain:.2f} x"
@@ -132,9 +132,21 @@ def flap_phases(result: dict) -> str:
     return "; ".join(f"{row['run']}: {in_words(row['phases_ns'], 'ns per particle')}" for row in rows)
 
 
-def binding(result: dict) -> str:
-    rows = [row for row in result["roofline"] if row["precision"] == "single" and row["sweep"] != "all"]
-    return ", ".join(f"{row['case']} {row['sweep']}: {row['binds']} ({100 * row['of_limit']:.0f} %)" for row in rows)
+def logging_phases(result: dict) -> str:
+    row = find(result["flap"], run="bodies and default logging", threads=1)
+    return in_words(row["phases_ns"], "ns per particle, of wall time") + " (logging in the loop is `record`)"
+
+
+def binding(case: str) -> Callable[[dict], str]:
+    """What binds each sweep, and how close it comes to it."""
+
+    def profile(result: dict) -> str:
+        rows = [
+            r for r in result["roofline"] if (r["case"], r["precision"]) == (case, "single") and r["sweep"] != "all"
+        ]
+        return ", ".join(f"{row['sweep']}: {row['binds']} ({100 * row['of_limit']:.0f} %)" for row in rows)
+
+    return profile
 
 
 def nothing(result: dict) -> str:
@@ -174,9 +186,9 @@ def _other_targets() -> list[Target]:
         ),
         Target(
             "logging of the flap", "% of wall time", "<", 3.0,
-            value("flap", "logging_share_of_wall", 100.0, threads=1, **flap), flap_phases,
+            value("flap", "logging_share_of_wall", 100.0, threads=1, **flap), logging_phases,
         ),
-        Target("sweeps, 3D 300k, single", "% of vector peak", ">=", 35.0, peak, binding),
+        Target("sweeps, 3D 300k, single", "% of vector peak", ">=", 35.0, peak, binding("3D 300k")),
         Target("fsi run dam_break to its first step, cold", "s", "<", 30.0, start("cold"), nothing),
         Target("fsi run dam_break to its first step, warm", "s", "<", 3.0, start("warm"), nothing),
     ]  # fmt: skip
