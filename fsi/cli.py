@@ -151,7 +151,9 @@ def bind(scene: Scene, label: str) -> tuple:
         from bodies import mesh_solid
 
         margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
-        low, high = ([x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1)))
+        low, high = (
+            [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
+        )
         ground = mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
     return bodies, coupler, ground
 

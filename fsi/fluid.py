@@ -11,6 +11,7 @@ import numpy as np
 
 from fsi import boundary, sweeps
 from fsi.cells import CellSort, Grid, whole
+from fsi.lanes import width
 from fsi.layout import Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
@@ -31,7 +32,7 @@ class Fluid:
     def __init__(self, scene: Scene, layout: Layout, team: Team):
         self.scene, self.team, self.dim = scene, team, scene.dimension
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
-        self.lanes = 8 if scene.numerics.precision == "single" else 4
+        self.lanes = width(self.dtype)
         self.depth = layout.depth
         self.iteration = iteration(scene.numerics)
         self.k = sweep_constants(scene, layout.depth, self.dtype)
@@ -152,7 +153,7 @@ class Fluid:
         if spare is None or len(spare) < len(values):
             spare = np.empty_like(values)
         if count:
-            self.team.run(gather, whole(count), order, values, spare)
+            self.team.run(gather, whole(count), order, values.reshape(len(values), -1), spare.reshape(len(spare), -1))
         self._spare[kind] = values
         return spare[:count]
 

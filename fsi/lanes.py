@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import operator
 
+import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
 from numba.core import cgutils, types
@@ -342,6 +343,12 @@ def consecutive(typing, first, n):
 
 def _has_avx2():
     return bool(get_host_cpu_features().get("avx2"))
+
+
+def width(dtype) -> int:
+    """Lanes of this type that fill a vector register of this processor, at least 32 bytes."""
+    size = 64 if get_host_cpu_features().get("avx512f") else 32
+    return size // np.dtype(dtype).itemsize
 
 
 def _packing_order(builder, mask):

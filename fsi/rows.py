@@ -9,13 +9,14 @@ from fsi.lanes import claim
 
 @njit(nogil=True, cache=True)
 def gather(counter, bounds, order, source, target):
-    """target[i] = source[order[i]]."""
+    """target[i] = source[order[i]], for arrays (n, columns)."""
     while True:
         c = claim(counter)
         if c >= bounds.size - 1:
             break
         for i in range(bounds[c], bounds[c + 1]):
-            target[i] = source[order[i]]
+            for d in range(source.shape[1]):
+                target[i, d] = source[order[i], d]
 
 
 @njit(nogil=True, cache=True)

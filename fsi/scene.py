@@ -191,7 +191,9 @@ class Numerics(Part):
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
-    shifting: NonNegative | None = None  # A of the shift A h |u| dt grad C (Skillen et al. 2013); None: 6 without free surface
+    shifting: NonNegative | None = (
+        None  # A of the shift A h |u| dt grad C (Skillen et al. 2013); None: 6 without free surface
+    )
     wall_guard: NonNegative = (
         0.8  # distance [spacing] to wall particles that a fluid particle is kept from crossing; 0 is off
     )
