@@ -46,7 +46,7 @@ def float_box(tmp_path, dimension, spacing, density, lift, until, tank, **more):
     return data, exact + level, run
 
 
-@pytest.mark.parametrize("density", [500.0, 100.0])
+@pytest.mark.parametrize("density", [900.0, 500.0, 100.0, 20.0])
 def test_box_floats_at_its_draft_in_two_dimensions(tmp_path, density):
     tank = {"min": (-1.6, -0.48), "max": (1.6, 0.4)}
     data, exact, _ = float_box(tmp_path, 2, 0.02, density, 0.05, 5.0, tank)
