@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsi import sweeps
+from fsi import corrector
 from fsi.gauges import elevation, pressure_at
 from fsi.layout import FIRST_BODY, PISTON
 
@@ -48,17 +48,17 @@ class Books:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
         (owners, 6) before and after."""
         dim = self._dim
-        self.kinetic, self.max_speed, self.dt = sums[sweeps.KINETIC], math.sqrt(sums[sweeps.SPEED2]), dt
-        self.potential = self._weight() * sums[sweeps.HEIGHT]
-        self.volume = self._cell_volume() * sums[sweeps.VOLUME]
-        self.guarded += int(sums[sweeps.GUARDED])
-        self.momentum = sums[sweeps.MOMENTUM : sweeps.MOMENTUM + dim]
+        self.kinetic, self.max_speed, self.dt = sums[corrector.KINETIC], math.sqrt(sums[corrector.SPEED2]), dt
+        self.potential = self._weight() * sums[corrector.HEIGHT]
+        self.volume = self._cell_volume() * sums[corrector.VOLUME]
+        self.guarded += int(sums[corrector.GUARDED])
+        self.momentum = sums[corrector.MOMENTUM : corrector.MOMENTUM + dim]
         self.wrench = wrench
         power = (wrench * 0.5 * (twist + new_twist)).sum(1)
         self.body_work += dt * power[FIRST_BODY:].sum()
         self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum()
         if self._before is not None:
-            self._audit(sums[sweeps.MOMENTUM + dim :], impulse, dt)
+            self._audit(sums[corrector.MOMENTUM + dim :], impulse, dt)
 
     def _audit(self, sponged, impulse, dt) -> None:
         momentum, force, count = self._before

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fsi import boundary, sweeps
+from fsi import boundary, corrector, sweeps
 from fsi.cells import CellSort, Grid, whole
 from fsi.lanes import width
 from fsi.layout import Layout
@@ -65,7 +65,7 @@ class Fluid:
         self._source = sweeps.make_source(L, D)
         self._sweep = sweeps.make_sweep(L, D)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
-        self._corrector = sweeps.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
+        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
         self._no_slip = viscosity == "no_slip"
         self._viscous = laminar or numerics.artificial_viscosity > 0
         self._weights = boundary.make_weights(L, D, self._no_slip)
@@ -264,19 +264,19 @@ class Fluid:
         self._field[: len(response), self.dim] += self.dtype(factor) * response
 
     def correct(self) -> tuple[np.ndarray, np.ndarray]:
-        """New velocities and positions. Returns the sums of `fsi.sweeps` and the impulse (owners, 6) that the wall guard
+        """New velocities and positions. Returns the sums of `fsi.corrector` and the impulse (owners, 6) that the wall guard
         handed to the owners."""
         near = self._near
         chunks = len(near.bounds) - 1
-        sums, impulse = np.zeros((chunks, sweeps.sums_width(self.dim))), np.zeros((chunks, self.owners, 6))
+        sums, impulse = np.zeros((chunks, corrector.sums_width(self.dim))), np.zeros((chunks, self.owners, 6))
         self.team.run(
             self._corrector, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.label,
             self.position, self.velocity, self.pressure_values, self.fall, self.k, self.dt, self.zones, self.count,
             self._sorted_boundary, self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
         )  # fmt: skip
         self._drop_ghosts()
-        maxima = sums[:, : sweeps.KINETIC].max(0, initial=0.0)
-        return np.concatenate([maxima, sums[:, sweeps.KINETIC :].sum(0)]), impulse.sum(0)
+        maxima = sums[:, : corrector.KINETIC].max(0, initial=0.0)
+        return np.concatenate([maxima, sums[:, corrector.KINETIC :].sum(0)]), impulse.sum(0)
 
     # -------------------------------------------------------------------------------------- parts of it
 

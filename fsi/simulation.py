@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from fsi import sweeps
+from fsi import corrector
 from fsi.books import Books
 from fsi.errors import RunError
 from fsi.fluid import Fluid
@@ -149,7 +149,7 @@ class Simulation:
         self.books.close(sums, impulse, wrench, motion.twist, new_twist, dt)
         self._carried = impulse / dt
         self._speed = max(self.books.max_speed, self.movers.speed())
-        self._acceleration = math.sqrt(sums[sweeps.ACCELERATION2])
+        self._acceleration = math.sqrt(sums[corrector.ACCELERATION2])
         self._check(np.isfinite(sums).all() and np.isfinite(wrench).all())
 
     def _check(self, finite: bool) -> None:

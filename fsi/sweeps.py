@@ -7,23 +7,20 @@ kernel for its arguments; a term that is switched off there is not compiled.
 
 from __future__ import annotations
 
-import math
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 
-from fsi.compiled import helper
 from fsi.compiled import kernel as compiled
-from fsi.lanes import at, claim, dot, minimum, other, other_vector, own, own_vector, store, zero, zero_vector
+from fsi.lanes import at, claim, dot, other, other_vector, own_vector, store, zero, zero_vector
 from fsi.terms import (
     artificial_viscosity,
     closeness,
     divergence,
     kernel,
     laplacian_weight,
-    pressure_gradient,
     slope,
     viscous,
 )
@@ -256,134 +253,3 @@ def touches(field, s, e, low, high):
         if inside:
             return True
     return False
-
-
-# Columns of the sums that the corrector leaves for each chunk.
-SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 4, 5, 6
-
-
-def sums_width(dim: int) -> int:
-    """Columns: maxima of speed^2 and acceleration^2, then sums of kinetic energy, height, volume / dr^dim and guarded
-    particles, then the momentum and the momentum lost in the sponge, component by component."""
-    return MOMENTUM + 2 * dim
-
-
-@cache
-def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool):
-    """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
-
-    The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
-    impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part
-    first, moment about `centre` (owners, DIM). In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
-    of each of the zones (z, 4) [axis, start, end, rate]."""
-    L, DIM = lanes, dim
-    P = dim
-
-    @helper(dim)
-    def guard(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, k, dt, taken):
-        """Slow particle i against the wall particles of its list; returns whether it was slowed."""
-        stopped = False
-        for n in range(near, far):
-            b = lst[n] - first
-            r2, approach = 0.0, 0.0
-            for d in range(DIM):
-                x = position[i, d] - boundary[b, d]
-                r2 += x * x
-                approach += x * (velocity[i, d] - boundary_velocity[b, d])
-            if r2 < k.guard2:
-                slowest = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2)) / dt  # to stay off by `guard`
-                if approach >= slowest:
-                    continue
-                stopped = True
-                take_moment(i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, k.mass, taken)
-        return stopped
-
-    @helper(dim)
-    def take_moment(i, b, rate, position, velocity, boundary, owner, centre, mass, taken):
-        o = owner[b]
-        for d in range(DIM):
-            change = -rate * (position[i, d] - boundary[b, d])
-            velocity[i, d] += change
-            impulse = -mass * change
-            axis = 2 if d == DIM - 1 else d
-            taken[o, axis] += impulse
-            for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
-                arm = position[i, a] - centre[o, a]
-                axis_a = 2 if a == DIM - 1 else a
-                if axis_a != axis:
-                    sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                    taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
-
-    @compiled(lanes, dim, guarded, sponge, shifted)
-    def correct(
-        counter, bounds, groups, trial, field, coefficients, label, position, velocity, pressure, fall, k, dt, zones,
-        first, boundary, boundary_velocity, owner, centre, impulse, sums,
-    ):  # fmt: skip
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty((2 * DIM + 1) * L, field.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            impulse[c] = 0.0
-            sums[c] = 0.0
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i, p_i = own_vector(field, s, 0, L, DIM), own(field, s, P, L)
-                force, sparse = zero_vector(field, L, DIM), zero_vector(field, L, DIM)
-                for n in range(base + span[g, 0], base + span[g, 2]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(field, j, 0, L, DIM)
-                    f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    force = force + pressure_gradient(f, p_i, other(field, j, P, L), x_ij)
-                    if shifted:
-                        sparse = sparse + x_ij * f
-                store(t_, 0, force)
-                if shifted:
-                    store(t_, (DIM + 1) * L, sparse)
-                if guarded:
-                    nearest = zero(field, L) + k.guard2
-                    for n in range(base + span[g, 1], base + span[g, 2]):
-                        x_ij = x_i - other_vector(field, at(lst, n), 0, L, DIM)
-                        nearest = minimum(nearest, dot(x_ij, x_ij))
-                    store(t_, DIM * L, nearest)
-                for i in range(s, e):
-                    if label[i] < 0:  # a ghost, dropped after this
-                        continue
-                    m = i - s
-                    acceleration2, speed2 = 0.0, 0.0
-                    for d in range(DIM):
-                        velocity[i, d] += dt * k.gradient_factor * t_[d * L + m]
-                        a = (velocity[i, d] - trial[i, P + 1 + d]) / dt + fall[d]
-                        acceleration2 += a * a
-                    if guarded and t_[DIM * L + m] < k.guard2:
-                        sums[c, GUARDED] += guard(
-                            i, base + span[g, 1], base + span[g, 2], lst, position, velocity,
-                            first, boundary, boundary_velocity, owner, centre, k, dt, impulse[c],
-                        )  # fmt: skip
-                    if sponge:
-                        for z in range(zones.shape[0]):
-                            into = (position[i, int(zones[z, 0])] - zones[z, 1]) / (zones[z, 2] - zones[z, 1])
-                            if 0.0 < into <= 1.0:
-                                kept = 1.0 / (1.0 + dt * zones[z, 3] * into * into)
-                                for d in range(DIM):
-                                    sums[c, MOMENTUM + DIM + d] += k.mass * (1.0 - kept) * velocity[i, d]
-                                    velocity[i, d] *= kept
-                    for d in range(DIM):
-                        speed2 += velocity[i, d] * velocity[i, d]
-                        position[i, d] += dt * velocity[i, d]
-                    if shifted:
-                        reach = dt * k.shifting * math.sqrt(speed2) * coefficients[i, SUPPORT]
-                        for d in range(DIM):
-                            position[i, d] += reach * t_[(DIM + 1 + d) * L + m]
-                    for d in range(DIM):
-                        sums[c, MOMENTUM + d] += k.mass * velocity[i, d]
-                    pressure[i] = field[i, P]
-                    sums[c, SPEED2] = max(sums[c, SPEED2], speed2)
-                    sums[c, ACCELERATION2] = max(sums[c, ACCELERATION2], acceleration2)
-                    sums[c, KINETIC] += 0.5 * k.mass * speed2
-                    sums[c, HEIGHT] += position[i, DIM - 1]
-                    sums[c, VOLUME] += 1.0 / (1.0 - coefficients[i, DEFICIT])
-
-    return correct
