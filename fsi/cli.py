@@ -46,15 +46,16 @@ def run(
     until: float | None = None,
     threads: int | None = None,
     overrides: Iterable[str] = (),
+    level: str | None = None,
     quiet: bool = False,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
-    `until` replaces the duration [s], `overrides` are as in `fsi.load_scene`. Progress and warnings go to stderr.
+    `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
     SIGINT and SIGTERM end the run after the step in hand, with status `interrupted`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
-    scene, label = _load(scene, overrides, until)
+    scene, label = _load(scene, overrides, until, level)
     say = _silent if quiet else _say
     bodies, coupler, ground = bind(scene, label)
     for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
@@ -87,15 +88,27 @@ def run(
     return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"])
 
 
-def check(scene: Scene | str | Path, *, until: float | None = None, overrides: Iterable[str] = ()) -> dict:
+def check(
+    scene: Scene | str | Path,
+    *,
+    until: float | None = None,
+    overrides: Iterable[str] = (),
+    level: str | None = None,
+    measure: int = 0,
+    threads: int | None = None,
+) -> dict:
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `warnings` and `notes`. Raises SceneError where the input is wrong."""
-    scene, label = _load(scene, overrides, until)
-    bodies, _, ground = bind(scene, label)
-    from fsi.estimate import estimate
+    seconds), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that are run and timed
+    (`fsi.estimate.measured`). Raises SceneError where the input is wrong, RunError where a measured step fails."""
+    scene, label = _load(scene, overrides, until, level)
+    bodies, coupler, ground = bind(scene, label)
+    from fsi.estimate import estimate, measured
 
     cost = estimate(scene, bodies, ground)
     notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    if measure:
+        cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
+        cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
     return {"scene": scene, "estimate": cost, "warnings": scene_warnings(scene), "notes": notes}
 
 
@@ -129,10 +142,12 @@ def main() -> None:
     app()
 
 
-def _load(source: Scene | str | Path, overrides: Iterable[str], until: float | None) -> tuple[Scene, str]:
+def _load(
+    source: Scene | str | Path, overrides: Iterable[str], until: float | None, level: str | None
+) -> tuple[Scene, str]:
     """The scene, and what messages about it call it."""
     overrides = [*overrides, *([] if until is None else [f"duration={until!r}"])]
-    scene = load_scene(source, overrides)
+    scene = load_scene(source, overrides, level)
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
 
 

@@ -33,6 +33,7 @@ SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, or
 RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 Settings = Annotated[list[str] | None, typer.Option("--set", metavar="A.B=VALUE", help="Replace a value of the scene.")]
 Until = Annotated[float | None, typer.Option(metavar="T", help="Simulated time [s] in place of the scene's duration.")]
+Level = Annotated[str | None, typer.Option(metavar="NAME", help="A table [levels.NAME] of the scene, such as paper.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
@@ -62,6 +63,7 @@ def run(
     scene: SceneName,
     settings: Settings = None,
     until: Until = None,
+    level: Level = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
@@ -69,7 +71,9 @@ def run(
 ) -> None:
     """Run a scene."""
     with exit_codes():
-        result = cli.run(scene, out=out, until=until, threads=threads, overrides=settings or (), quiet=quiet)
+        result = cli.run(
+            scene, out=out, until=until, threads=threads, overrides=settings or (), level=level, quiet=quiet
+        )
         if as_json:
             print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
@@ -82,10 +86,20 @@ def run(
 
 
 @app.command()
-def check(scene: SceneName, settings: Settings = None, until: Until = None, as_json: AsJson = False) -> None:
+def check(
+    scene: SceneName,
+    settings: Settings = None,
+    until: Until = None,
+    level: Level = None,
+    measure: Annotated[
+        int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
+    ] = 0,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
+    as_json: AsJson = False,
+) -> None:
     """Print the resolved scene, as TOML, and what a run of it would take."""
     with exit_codes():
-        result = cli.check(scene, until=until, overrides=settings or ())
+        result = cli.check(scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads)
         if as_json:
             print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
             return
@@ -99,9 +113,14 @@ def check(scene: SceneName, settings: Settings = None, until: Until = None, as_j
 def _estimate_lines(estimate: dict) -> list[str]:
     particles = {kind: estimate[kind] for kind in ("fluid", "wall", "body")}
     counts = ", ".join(f"{count} {kind}" for kind, count in particles.items())
+    measured = [
+        f"measured: {estimate['seconds_per_step']:.3g} s a step (median of {estimate['measured_steps']}, "
+        f"threads: {estimate['threads']}), time step {estimate['time_step']:.3g} s"
+    ] if "measured_steps" in estimate else []  # fmt: skip
     return [
         f"particles: {sum(particles.values())} ({counts})",
         f"memory: {estimate['memory_bytes'] / 1e6:.0f} MB",
+        *measured,
         f"run time: about {clock(estimate['seconds'])}, {estimate['steps']:.0f} steps",
     ]
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import time as clock
+from itertools import pairwise
+from statistics import median
 
 from fsi.layout import build
 from fsi.protocols import BodySet, Solid
@@ -41,4 +44,27 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "steps": steps,
         "notes": layout.notes,
         "seconds": steps * (work / available_threads() + 5e-4 * (2 if bodies else 1)),
+    }
+
+
+def measured(scene: Scene, steps: int, *, bodies=None, coupler=None, ground=None, threads: int | None = None) -> dict:
+    """Run the first `steps` steps of the scene without logging, and time them. Returns `measured_steps`, `threads`,
+    `memory_bytes` of the particle arrays, `time_step` [s], the mean, and `seconds_per_step`, the median; the first step
+    compiles and is left out. Raises RunError where a step fails."""
+    from fsi.simulation import Simulation
+
+    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
+    marks = []
+    try:
+        for _ in range(steps + 1):
+            sim.step()
+            marks.append(clock.perf_counter())
+    finally:
+        sim.team.close()
+    return {
+        "measured_steps": steps,
+        "threads": sim.threads,
+        "memory_bytes": sim.memory_bytes,
+        "time_step": sim.time / sim.step_count,
+        "seconds_per_step": median(after - before for before, after in pairwise(marks)),
     }

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fsi.errors import SceneError
-from fsi.scene_file import builtin_scenes, load_scene, resolved_toml
+from fsi.scene_file import builtin_scenes, load_scene, resolved_toml, scene_levels
 from fsi.toml_text import dumps
 
 MODEL = "<mujoco><worldbody/></mujoco>"
@@ -125,3 +125,18 @@ def test_builtin_scene_is_sound(name):
     assert scene.name == name
     assert scene.description
     assert load_scene(scene) == scene
+
+
+def test_a_level_changes_the_scene_before_the_overrides(tmp_path):
+    file = tmp_path / "tank.toml"
+    file.write_text(
+        "spacing = 0.1\nduration = 1.0\n[tank]\nmin = [0.0, -1.0]\nmax = [2.0, 1.0]\n"
+        '[levels.paper]\nspacing = 0.05\n"tank.max" = [4.0, 1.0]\n'
+    )
+    assert load_scene(file).spacing == 0.1
+    assert load_scene(file, level="paper").spacing == 0.05
+    assert load_scene(file, level="paper").tank.max == (4.0, 1.0)
+    assert load_scene(file, ["spacing=0.2"], level="paper").spacing == 0.2
+    assert scene_levels(file) == {"paper": {"spacing": 0.05, "tank.max": [4.0, 1.0]}}
+    with pytest.raises(SceneError, match=r"tank.toml: --level: no level 'fine'; choose from paper"):
+        load_scene(file, level="fine")
