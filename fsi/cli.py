@@ -98,18 +98,27 @@ def check(
     threads: int | None = None,
 ) -> dict:
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that are run and timed
-    (`fsi.estimate.measured`). Raises SceneError where the input is wrong, RunError where a measured step fails."""
+    seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
+    are run and timed (`fsi.estimate.measured`).
+
+    Raises SceneError where the input is wrong, RunError where a measured step fails."""
     scene, label = _load(scene, overrides, until, level)
     bodies, coupler, ground = bind(scene, label)
     from fsi.estimate import estimate, measured
+    from fsi.wave_check import wave_summary
 
     cost = estimate(scene, bodies, ground)
     notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
     if measure:
         cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
-    return {"scene": scene, "estimate": cost, "warnings": scene_warnings(scene), "notes": notes}
+    return {
+        "scene": scene,
+        "estimate": cost,
+        "waves": wave_summary(scene),
+        "warnings": scene_warnings(scene),
+        "notes": notes,
+    }
 
 
 def validate(

@@ -104,7 +104,7 @@ def check(
             print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
             return
         print(resolved_toml(result["scene"]))
-        for line in _estimate_lines(result["estimate"]):
+        for line in (*result["waves"], *_estimate_lines(result["estimate"])):
             print(f"# {line}")
         for line in (*result["warnings"], *result["notes"]):
             print(line, file=sys.stderr)

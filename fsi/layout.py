@@ -43,11 +43,10 @@ def water_depth(scene: Scene) -> float:
 
 
 def piston_reach(scene: Scene) -> float:
-    """How far the piston moves to either side [m]."""
+    """How far the piston moves back, out of the tank [m]."""
     if scene.waves is None:
         return 0.0
-    motion = piston(scene.waves, water_depth(scene), scene.gravity)
-    return 0.5 * motion.stroke if scene.waves.kind == "regular" else float(np.abs(motion.x).max())
+    return max(0.0, -piston(scene.waves, water_depth(scene), scene.gravity).reach[0])
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:

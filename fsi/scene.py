@@ -9,48 +9,12 @@ Values are checked here one by one, against each other in `fsi.scene_check`.
 from __future__ import annotations
 
 import math
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Tag,
-    ValidationInfo,
-    model_validator,
-)
+from pydantic import Discriminator, Field, Tag, model_validator
 
-
-def _locate(path: str | Path, info: ValidationInfo) -> Path:
-    """The absolute path: `package://NAME/...` lies in that installed package, a relative path in the folder of the
-    scene file, or in the working directory for a scene that was made in Python."""
-    if not isinstance(path, str | Path):
-        raise ValueError(f"{path!r} should be a path")
-    if str(path).startswith("package://"):
-        package, _, rest = str(path).removeprefix("package://").partition("/")
-        spec = find_spec(package) if package.isidentifier() else None
-        if spec is None or not spec.submodule_search_locations:
-            raise ValueError(f"no installed package {package!r}; write package://bodies/models/FILE or a plain path")
-        return Path(spec.submodule_search_locations[0], rest).absolute()
-    return Path((info.context or {}).get("folder", "."), Path(path).expanduser()).resolve()
-
-
-FilePath = Annotated[Path, BeforeValidator(_locate)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3)]
-Side = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
-
-
-class Part(BaseModel):
-    """Base of every part of a scene: immutable, and an unknown key is an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, strict=False)
+from fsi.scene_parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
+from fsi.scene_waves import DampingZone, Waves
 
 
 class Box(Part):
@@ -92,41 +56,6 @@ class Fluid(Part):
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
     blocks: tuple[Block, ...] = ()
-
-
-class RegularWaves(Part):
-    """Sinusoidal piston at the x- wall, linear theory (Dean & Dalrymple 1991, eq. 6.25)."""
-
-    kind: Literal["regular"] = "regular"
-    wave_height: Positive  # crest to trough [m]
-    period: Positive  # [s]
-    ramp: NonNegative | None = None  # cosine ramp of the stroke [s]; two periods if not given
-
-
-class TableWaves(Part):
-    """Piston at the x- wall that follows a table: columns time [s], displacement [m], commas, a header line."""
-
-    kind: Literal["table"]
-    file: FilePath
-
-
-def _wave_kind(waves) -> str | None:
-    return waves.get("kind", "regular") if isinstance(waves, dict) else getattr(waves, "kind", None)
-
-
-Waves = Annotated[
-    Annotated[RegularWaves, Tag("regular")] | Annotated[TableWaves, Tag("table")], Discriminator(_wave_kind)
-]
-
-
-class DampingZone(Part):
-    """Sponge across the tank from `start`, where it begins, to `end` [m] along `axis`: velocities decay at a rate [1/s]
-    that grows to `rate` as the square of the distance into it. With end below start it faces the other way."""
-
-    start: Number
-    end: Number
-    axis: Literal["x", "y"] = "x"
-    rate: Positive = 10.0
 
 
 class Gauge(Part):

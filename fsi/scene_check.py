@@ -10,19 +10,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsi.errors import SceneError
-from fsi.scene import Block, Box, RegularWaves, Scene
-from fsi.waves import piston_transfer, read_motion_table, wavenumber
+from fsi.scene import Block, Box, Scene
+from fsi.wave_check import Fault, water_depth, wave_faults, wave_warnings
+from fsi.waves import read_motion_table
 
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
-BREAKING_DEPTH_RATIO = 0.78  # wave height over depth of a solitary wave that breaks (McCowan 1894)
-BREAKING_STEEPNESS = 0.142  # wave height over length of a breaking wave in deep water (Michell 1893)
-
-Fault = tuple[str, str, str]  # key, fault, fix
 
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_positions, _periodic, _resolution, _waves, _coupler, _files)
+    checks = (_positions, _periodic, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -31,32 +28,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    if not isinstance(scene.waves, RegularWaves):
-        return []
-    height, depth = scene.waves.wave_height, water_depth(scene)
-    length = 2 * math.pi / wavenumber(2 * math.pi / scene.waves.period, depth, scene.gravity)
-    warnings = []
-    if height > BREAKING_DEPTH_RATIO * depth:
-        warnings.append(
-            f"waves.wave_height: {height:g} m is {height / depth:.2f} of the depth {depth:g} m; "
-            f"waves break at about {BREAKING_DEPTH_RATIO}"
-        )
-    if height > BREAKING_STEEPNESS * length:
-        warnings.append(
-            f"waves.wave_height: {height:g} m is {height / length:.2f} of the wave length {length:.3g} m; "
-            f"waves break at {BREAKING_STEEPNESS} of it at most"
-        )
-    if height < 4 * scene.spacing:
-        warnings.append(
-            f"spacing: {scene.spacing:g} m gives {height / scene.spacing:.1f} particles over the wave height "
-            f"{height:g} m; such waves decay within a few lengths"
-        )
-    return warnings
-
-
-def water_depth(scene: Scene) -> float:
-    """Depth of the tank's floor below the still water level [m]; a bathymetry is not counted."""
-    return scene.fluid.still_water_level - scene.tank.min[-1]
+    return wave_warnings(scene)
 
 
 def fluid_depth(scene: Scene) -> float:
@@ -153,30 +125,6 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
         fault = f"{scene.spacing:g} m gives {particles:.3g} fluid particles, {need / 1e9:.3g} GB of {have / 1e9:.3g} GB"
         least = scene.spacing * (need / have) ** (1 / scene.dimension)
         yield "spacing", fault, f"use more than {least:.2g} m or a smaller tank"
-
-
-def _waves(scene: Scene) -> Iterator[Fault]:
-    if scene.waves is None:
-        return
-    depth, length = water_depth(scene), scene.tank.max[0] - scene.tank.min[0]
-    if "x-" not in scene.tank.walls:
-        yield "tank.walls", "waves need the x- wall, where the piston stands", "add 'x-'"
-    if depth <= 0:
-        yield "fluid.still_water_level", f"waves need water: the depth is {depth:g} m", "raise it above the floor"
-        return
-    if not isinstance(scene.waves, RegularWaves):
-        return
-    if scene.gravity == 0:
-        yield "gravity", "waves need gravity", "use e.g. 9.81"
-        return
-    kd = wavenumber(2 * math.pi / scene.waves.period, depth, scene.gravity) * depth
-    stroke = scene.waves.wave_height / piston_transfer(kd)
-    if stroke / 2 >= length / 4:
-        fault = (
-            f"{scene.waves.wave_height:g} m at a period of {scene.waves.period:g} s in {depth:g} m of water takes a "
-            f"piston stroke of {stroke:.3g} m; half of it must stay below a quarter of the tank's length {length:g} m"
-        )
-        yield "waves.wave_height", fault, "use lower or shorter waves, or a longer tank"
 
 
 def _coupler(scene: Scene) -> Iterator[Fault]:

@@ -29,7 +29,10 @@ FAULTS = {
     ),
     "unknown kind of waves": (
         '[waves]\nkind = "regulr"',
-        ["pool.toml: waves: the kind 'regulr' is not one of regular, table; did you mean regular?"],
+        [
+            "pool.toml: waves: the kind 'regulr' is not one of regular, irregular, solitary, packet, table; "
+            "did you mean regular?"
+        ],
     ),
     "not a number": (
         '[gauges.near]\nx = "left"',
@@ -62,10 +65,37 @@ FAULTS = {
     "piston stroke": (
         "[waves]\nwave_height = 0.6\nperiod = 12",
         [
-            "pool.toml: waves.wave_height: 0.6 m at a period of 12 s in 0.5 m of water takes a piston stroke of "
-            "5.06 m; half of it must stay below a quarter of the tank's length 6 m; use lower or shorter waves, or a "
-            "longer tank"
+            "pool.toml: waves: the piston moves from -2.53 to 2.53 m; a quarter of the tank's length is 1.5 m; "
+            "use lower or shorter waves, or a longer tank"
         ],
+    ),
+    "solitary wave too high, and its stroke too long": (
+        '[waves]\nkind = "solitary"\nwave_height = 0.4',
+        [
+            "pool.toml: waves.wave_height: 0.4 m is more than 0.78 of the depth 0.5 m, where a solitary wave breaks; "
+            "use a lower wave or deeper water"
+        ],
+    ),
+    "second order beyond its range": (
+        "[waves]\nwave_height = 0.1\nperiod = 4\norder = 2",
+        [
+            "pool.toml: waves.order: H L^2 / d^3 is 60, and the second order ends at 26; "
+            "set order = 1, or use lower or shorter waves, or deeper water"
+        ],
+    ),
+    "a spectrum without a peak factor": (
+        '[waves]\nkind = "irregular"\nHm0 = 0.1\npeak_period = 1.5\nspectrum = "pierson_moskowitz"\ngamma = 2',
+        [
+            "pool.toml: waves: gamma is of no use to 'pierson_moskowitz'; leave it out or set spectrum = 'jonswap'",
+        ],
+    ),
+    "a packet of nothing": (
+        '[waves]\nkind = "packet"\ngroups = []',
+        ["pool.toml: waves: a packet without groups; add [[waves.groups]] with wave_height, period and waves"],
+    ),
+    "a part of a wave": (
+        '[waves]\nkind = "packet"\ngroups = [{wave_height = 0.1, period = 1.0, waves = 2.2}]',
+        ["pool.toml: waves.groups[0].waves: 2.2 should be a multiple of 0.5"],
     ),
     "motion": (
         '[coupler]\nscheme = "prescribed"',
@@ -111,6 +141,14 @@ def test_wrong_type_is_told_in_words_of_the_file(scene_file, override, line):
 def test_box_the_wrong_way_round(scene_file):
     path = scene_file(instead="spacing = 0.02\nduration = 1\n[tank]\nmin = [0, 1]\nmax = [2, 0]")
     assert fault_of(path) == ["pool.toml: tank: min [0.0, 1.0] must lie below max [2.0, 0.0] on every axis; swap them"]
+
+
+def test_solitary_wave_from_too_long_a_stroke(scene_file):
+    path = scene_file('[waves]\nkind = "solitary"\nwave_height = 0.38')
+    assert fault_of(path, ["tank.max=[5, 0.5]"]) == [
+        "pool.toml: waves: the piston moves from 0 to 1.34 m; a quarter of the tank's length is 1.25 m; "
+        "use lower or shorter waves, or a longer tank"
+    ]
 
 
 def test_waves_need_their_wall(scene_file):
@@ -162,3 +200,38 @@ def test_waves_that_would_break_are_warned_of(scene_file):
     )
     assert scene_warnings(load_scene(scene, ["waves.wave_height=0.1"])) == []
     assert "2.5 particles over the wave height" in scene_warnings(load_scene(scene, ["waves.wave_height=0.05"]))[0]
+
+
+@pytest.mark.parametrize(
+    "waves, lines",
+    [
+        (
+            'kind = "irregular"\nHm0 = 0.35\npeak_period = 1.0',
+            [
+                "waves.Hm0: 0.35 m is 0.70 of the depth 0.5 m; a sea hardly exceeds 0.6, higher waves break",
+                "waves.Hm0: 0.35 m is 0.23 of the wave length 1.51 m at the peak; a sea hardly exceeds 0.07, "
+                "steeper waves break",
+            ],
+        ),
+        (
+            'kind = "irregular"\nHm0 = 0.08\npeak_period = 0.8',
+            [
+                "waves.Hm0: 0.08 m is 0.08 of the wave length 0.996 m at the peak",
+                "spacing: 0.02 m gives 8.0 particles over the shortest wave 0.16 m",
+            ],
+        ),
+        ('kind = "solitary"\nwave_height = 0.05', ["spacing: 0.02 m gives 2.5 particles over the wave height 0.05 m"]),
+        (
+            'kind = "packet"\ngroups = [{wave_height = 0.1, period = 1.5, waves = 2},'
+            "{wave_height = 0.4, period = 2, waves = 1}]",
+            ["waves.groups[1].wave_height: 0.4 m is 0.80 of the depth 0.5 m; waves break at about 0.78"],
+        ),
+        ('kind = "table"\nfile = "fast.csv"', ["waves: the piston reaches 3 m/s, 1.35 of sqrt(g depth)"]),
+    ],
+)
+def test_every_kind_of_waves_is_looked_at(scene_file, tmp_path, waves, lines):
+    (tmp_path / "fast.csv").write_text("t,x\n0,0\n0.1,0.3\n0.2,0.6\n0.3,0.9\n")
+    warnings = scene_warnings(load_scene(scene_file(f"[waves]\n{waves}")))
+    assert len(warnings) == len(lines)
+    for warning, line in zip(warnings, lines, strict=True):
+        assert warning.startswith(line)

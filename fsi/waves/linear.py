@@ -1,0 +1,26 @@
+"""Linear theory of waves over a flat bed, and of the piston that makes them."""
+
+from __future__ import annotations
+
+import math
+
+
+def wavenumber(omega: float, depth: float, g: float) -> float:
+    """Wavenumber k [1/m] of a wave of angular frequency omega [rad/s] in water of this depth [m]: the root of
+    omega^2 = g k tanh(k depth), by Newton's method from the estimate of Guo (2002, eq. 10)."""
+    alpha = omega * omega * depth / g
+    kd = alpha / (1 - math.exp(-(alpha**1.25))) ** 0.4
+    for _ in range(20):
+        tanh = math.tanh(kd)
+        change = (kd * tanh - alpha) / (tanh + kd * (1 - tanh * tanh))
+        kd -= change
+        if abs(change) < 1e-14 * kd:
+            break
+    return kd / depth
+
+
+def piston_transfer(kd: float) -> float:
+    """Wave height over stroke of a piston wavemaker, 2 (cosh 2kd - 1) / (sinh 2kd + 2kd)
+    (Dean & Dalrymple 1991, eq. 6.25); written with exp(-2kd) so that deep water does not overflow."""
+    e = math.exp(-2 * kd)
+    return 2 * (1 - e) ** 2 / (1 - e * e + 4 * kd * e)

@@ -1,0 +1,52 @@
+"""A solitary wave from a piston that moves with the water under it (Goring 1978)."""
+
+from __future__ import annotations
+
+import math
+
+TAIL = 5.0  # theta at which the wave's endless ends are cut: eta is 2e-4 H there
+
+
+class SolitaryPiston:
+    """The piston's velocity is the mean one of the water at its face, u = c eta / (d + eta), under the wave
+    eta = H sech^2(theta), theta = k (c t - x): its path is x = H / (k d) tanh(theta).
+
+    c = sqrt(g (d + H)), and k = sqrt(3 H / (4 d^3)) for Boussinesq's wave or sqrt(3 H / (4 d^2 (d + H))) for
+    Rayleigh's. The piston waits until `start` [s], moves forward by the stroke 2 H / (k d) in `time` seconds, and stays.
+    """
+
+    def __init__(self, wave_height: float, depth: float, g: float, theory: str = "rayleigh", start: float = 0.0):
+        self.wave_height, self.depth, self.start = wave_height, depth, start
+        self.speed = math.sqrt(g * (depth + wave_height))
+        self.k = math.sqrt(0.75 * wave_height / (depth**2 * (depth + (wave_height if theory == "rayleigh" else 0.0))))
+        self.half = wave_height / (self.k * depth)  # half of the endless path
+        self.time = 2 * (TAIL / self.k + self.half * math.tanh(TAIL)) / self.speed
+        self.stroke = 2 * self.half * math.tanh(TAIL)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        return 0.0, self.stroke
+
+    def __call__(self, t: float) -> tuple[float, float, float]:
+        t -= self.start
+        if t <= 0:
+            return 0.0, 0.0, 0.0
+        if t >= self.time:
+            return self.stroke, 0.0, 0.0
+        theta = self._theta(t - 0.5 * self.time)
+        c, d, tanh = self.speed, self.depth, math.tanh(theta)
+        eta = self.wave_height * (1 - tanh * tanh)
+        rate = self.k * c * d / (d + eta)  # d theta / dt
+        acceleration = c * d / (d + eta) ** 2 * (-2 * eta * tanh) * rate
+        return self.half * tanh + 0.5 * self.stroke, c * eta / (d + eta), acceleration
+
+    def _theta(self, t: float) -> float:
+        """The root of theta / k + H / (k d) tanh(theta) = c t, by Newton's method; the left side rises steadily."""
+        target, theta = self.speed * t, 0.0
+        for _ in range(50):
+            tanh = math.tanh(theta)
+            change = (theta / self.k + self.half * tanh - target) / (1 / self.k + self.half * (1 - tanh * tanh))
+            theta -= change
+            if abs(change) < 1e-14:
+                break
+        return theta
