@@ -93,6 +93,10 @@ class BodySet:
             bias=rate @ data.qvel,
         )
 
+    def inertia(self) -> np.ndarray:
+        """Mass matrix (nv, nv) of the joints, armature included [kg, kg m, kg m2]."""
+        return self._stepper.inertia()
+
     def energy(self) -> float:
         """Kinetic plus potential energy of everything MuJoCo moves, springs included [J]."""
         mujoco.mj_energyPos(self.model, self.data)

@@ -20,6 +20,7 @@ from fsi.errors import RunError
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STIFF = 0.25  # dt sqrt(k / M) above which a joint spring is taken implicitly
+LEAST = 0.5  # share of the own inertia that a measured added inertia may take away: less than that is noise
 PASSES = 12  # at most, for the off-diagonal added inertia of one substep
 
 
@@ -48,7 +49,7 @@ class Stepper:
         data = self.data
         if not (np.isfinite(wrench).all() and np.isfinite(added).all()):
             raise RunError("unstable: the force of the fluid on the bodies is not finite")
-        added = positive(added)
+        added = bounded(added, self.inertia())
         substeps = max(1, math.ceil(dt / self._time_step - 1e-9))
         if substeps > 1:
             text = f"MuJoCo substeps of at most {self._time_step:g} s, the time step of the MJCF file"
@@ -66,6 +67,12 @@ class Stepper:
         if not (np.abs(acceleration) < mujoco.mjMAXVAL).all():
             raise RunError("unstable: the bodies accelerate without bound; try a smaller numerics.courant")
         return acceleration
+
+    def inertia(self) -> np.ndarray:
+        """Mass matrix (nv, nv) where the bodies stand."""
+        inertia = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, inertia)
+        return inertia
 
     def refresh(self) -> None:
         """Bring everything that follows from position and velocity up to date (poses, jacobians, passive forces)."""
@@ -133,17 +140,17 @@ class Stepper:
         return (data.qvel - before) / model.opt.timestep - guess, inertia
 
 
-def positive(matrix: np.ndarray) -> np.ndarray:
-    """A measured added inertia (n, n) without the negative eigenvalues of its symmetric part, which are noise. They are
-    found with the diagonal scaled to one, for metres and radians do not compare. The antisymmetric part, of a pressure
-    that was not solved to the end, does no work and stays: without it the fluid's next answer would not fit."""
-    symmetric, skew = (matrix + matrix.T) / 2, (matrix - matrix.T) / 2
-    scale = np.sqrt(np.maximum(np.diag(symmetric), 0.0))
-    inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)
-    values, vectors = np.linalg.eigh(symmetric * np.outer(inverse, inverse))
-    if values.min(initial=0.0) < 0.0 or (np.diag(symmetric) < 0.0).any():
-        symmetric = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
-    return symmetric + skew
+def bounded(added: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """A measured added inertia (n, n) whose symmetric part takes away no more than the share `LEAST` of the mass matrix
+    `own` (n, n), in any direction. The antisymmetric part, of a pressure that was not solved to the end, does no work.
+    All else stays as measured, for the fluid's answer will be just that."""
+    symmetric, skew = (added + added.T) / 2, (added - added.T) / 2
+    root = np.linalg.cholesky(own)
+    values, vectors = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, symmetric).T))
+    if values.min(initial=0.0) >= -LEAST:
+        return added
+    vectors = root @ vectors
+    return (vectors * np.maximum(values, -LEAST)) @ vectors.T + skew
 
 
 def _broyden(inverse: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from couplers.response import Response, mass_ratio, respond
 from fsi.protocols import BodySet, FluidLoads
-
-PLANE = (0, 2, 4)  # components of a spatial vector that exist in two dimensions: x, z, pitch
 
 
 class AddedMass:
@@ -21,27 +20,29 @@ class AddedMass:
     `acceleration` (nv,) is the scheme's only memory.
     """
 
+    advice = (
+        "set a smaller numerics.mach or a finer spacing, or soften what drives the body (a spring, contact or actuator)"
+    )
+    notes: tuple[str, ...] = ()
+
     def __init__(self, bodies: BodySet):
         self.acceleration = np.zeros(bodies.motion().jacobian.shape[2])
-        self._seen = list(PLANE) if bodies.dimension == 2 else list(range(6))
+        self._response: Response | None = None
 
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
         motion, start = bodies.motion(), self.acceleration
         wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
-        added = np.zeros((start.size, start.size))
-        dofs = self._moving(motion.jacobian)
-        if dofs.size == 0:
-            self.acceleration = bodies.advance(dt, wrench, added, start)
+        response = self._response = respond(fluid, bodies, motion)
+        if response is None:
+            self.acceleration = bodies.advance(dt, wrench, np.zeros((start.size, start.size)), start)
             return wrench
-        pressures, changes = fluid.response(motion.jacobian[:, :, dofs].transpose(2, 0, 1))
-        added[:, dofs] = -np.einsum("bik,mbi->km", motion.jacobian, changes)
-        self.acceleration = bodies.advance(dt, wrench, added, start)
-        rise = (self.acceleration - start)[dofs]
-        for pressure, factor in zip(pressures, rise, strict=True):
+        self.acceleration = bodies.advance(dt, wrench, response.inertia(), start)
+        rise = (self.acceleration - start)[response.dofs]
+        for pressure, factor in zip(response.pressures, rise, strict=True):
             fluid.add(pressure, factor)
-        return wrench + np.einsum("m,mbi->bi", rise, changes)
+        return wrench + np.einsum("m,mbi->bi", rise, response.changes)
 
-    def _moving(self, jacobian: np.ndarray) -> np.ndarray:
-        """Joint accelerations that move a wet body as far as the fluid can tell."""
-        return np.flatnonzero(np.abs(jacobian[:, self._seen]).max(axis=(0, 1), initial=0.0) > 1e-12)
+    def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
+        """Added over own inertia (b,) of each body in the last step, see `Response.ratio`."""
+        return mass_ratio(self._response, bodies)

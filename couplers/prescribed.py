@@ -19,6 +19,9 @@ class Prescribed:
     exact velocity to the next. Joints that are not named stay where they are.
     """
 
+    advice = ""  # bodies that are told where to be cannot become unstable
+    notes: tuple[str, ...] = ()
+
     def __init__(self, motion: Mapping[str, Oscillation | MotionTable], bodies: BodySet, source: object = "scene.toml"):
         known = dict(zip(bodies.joint_names, bodies.joint_dof, strict=True))
         if not motion:
@@ -42,6 +45,9 @@ class Prescribed:
         wrench = fluid.pressure(motion.jacobian @ acceleration + motion.bias)
         self._place(bodies, time + dt)
         return wrench
+
+    def mass_ratio(self, bodies: BodySet) -> None:
+        """Not measured: the bodies' own inertia takes no part."""
 
     def _check_start(self, bodies: BodySet, source: object) -> None:
         """The boundary particles are laid out where the body file has the joint, so the motion has to start there."""

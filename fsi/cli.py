@@ -204,6 +204,7 @@ def _manifest(folder: RunFolder, sim):
             "memory_bytes": sim.memory_bytes,
             "phases": sim.phases,
             "audit": sim.audit(),
+            **({"coupling": sim.coupling()} if sim.bodies else {}),
             "warnings": sim.warnings,
         }
         _write(folder, facts)

@@ -359,11 +359,13 @@ class Fluid:
         self._field, self._twin = self._twin, self._field
 
     def _box_of(self, owners) -> tuple[np.ndarray, np.ndarray]:
-        """The box around the boundary particles of these owners, relative to the grid; an empty one without any."""
+        """The box around the boundary particles of these owners, relative to the grid; an empty one without any. It is a
+        little larger, so that none of them is rounded out of it in single precision."""
         points = self._sorted_boundary[: self._solids][np.isin(self._sorted_owner[: self._solids], owners)]
         if len(points) == 0:
             return np.full(self.dim, np.inf), np.full(self.dim, -np.inf)
-        return points.min(0) - self.grid.lower, points.max(0) - self.grid.lower
+        slack = 0.1 * self.scene.spacing
+        return points.min(0) - self.grid.lower - slack, points.max(0) - self.grid.lower + slack
 
     @property
     def nbytes(self) -> int:

@@ -29,12 +29,14 @@ class Movers:
         self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
         self._start = fluid.boundary[fluid.of_owner(PISTON)].copy()
         self._local = []  # boundary particles of each body in its own frame, about its centre of mass
+        self.reach = np.zeros(max(0, fluid.owners - FIRST_BODY))  # (b,) distance of the farthest from there [m]
         motion = bodies.motion() if bodies else None
         for b in range(fluid.owners - FIRST_BODY if bodies else 0):
             centre = motion.position[b]
             points = np.tile(centre, (len(fluid.boundary[fluid.of_owner(FIRST_BODY + b)]), 1))
             points[:, self._axes] = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
             self._local.append((points - centre) @ motion.rotation[b])
+            self.reach[b] = np.linalg.norm(points - centre, axis=1).max(initial=0.0)
 
     def place(self, time: float, dt: float) -> Motion:
         """Put every moving boundary particle where it is at `time`."""

@@ -63,6 +63,9 @@ class BodySet(Protocol):
 
     def motion(self) -> BodyMotion: ...
 
+    def inertia(self) -> np.ndarray:
+        """Mass matrix (nv, nv) of the joints without the fluid [kg, kg m, kg m2]."""
+
     def energy(self) -> float:
         """Kinetic plus potential energy of everything MuJoCo moves [J]."""
 
@@ -101,7 +104,8 @@ class FluidLoads(Protocol):
     """What a coupler asks of the fluid within one step. Accelerations and wrenches: (b, 6), see the module."""
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
-        """Update the pressure for this acceleration of the bodies; the wrench (b, 6) of the fluid on them."""
+        """Update the pressure for this acceleration of the bodies; the wrench (b, 6) of the fluid on them. Every call
+        starts from the pressure of the last step, so that the same acceleration gives the same pressure, bit for bit."""
 
     def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Linear changes of the pressure (m opaque arrays) and of the wrench (m, b, 6) by each of these accelerations
@@ -114,9 +118,15 @@ class FluidLoads(Protocol):
 class Coupler(Protocol):
     """How wrench and motion are exchanged in a step: one class a scheme."""
 
+    notes: tuple[str, ...]  # what the user should know of the run so far
+    advice: str  # what to change where a body becomes unstable; "" where none can
+
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Settle the bodies' acceleration and the pressure together and advance the bodies from `time` by dt.
         Returns the settled wrench (b, 6) of the fluid on the bodies over the step."""
+
+    def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
+        """Added over own inertia (b,) of each body, as last measured; None where it was not."""
 
 
 @dataclass

@@ -104,7 +104,7 @@ Motion = Annotated[
 class CouplerSettings(Part):
     """How the fluid and the bodies exchange force and motion (`couplers/`)."""
 
-    scheme: Literal["added_mass", "prescribed"] = "added_mass"
+    scheme: Literal["added_mass", "fixed_point", "lagged", "prescribed"] = "added_mass"  # docs/coupling.md
     tolerance: Positive = 1e-6  # of the settled acceleration, relative
     motion: dict[str, Motion] = {}  # joint name -> motion, for `prescribed`
 

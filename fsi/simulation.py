@@ -18,6 +18,7 @@ from fsi.layout import FIRST_BODY, build
 from fsi.movers import Motion, Movers
 from fsi.protocols import BodySet, Coupler, Frame, Recorder, Solid
 from fsi.scene import Scene
+from fsi.stability import Stability
 from fsi.threads import Team
 from fsi.timestep import TimeStep, to_reach
 from fsi.waves import piston
@@ -26,16 +27,20 @@ from fsi.waves import piston
 class BodyLoads:
     """The fluid as a coupler sees it (`FluidLoads`): the bodies alone, without walls and wavemaker.
 
-    `carried` (b, 6): force that the wall guard's impulses of the last step amount to.
+    `carried` (b, 6): force that the wall guard's impulses of the last step amount to. `updates` and `responses` count
+    the pressure updates and the linear responses that were asked for.
     """
 
     def __init__(self, fluid: Fluid, others: np.ndarray, carried: np.ndarray):
         self.fluid, self.others, self.carried = fluid, others, carried
+        self.updates = self.responses = 0
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
+        self.updates += 1
         return self.fluid.pressure(np.concatenate([self.others, acceleration]))[FIRST_BODY:] + self.carried
 
     def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.responses += len(accelerations)
         still = np.zeros((len(accelerations), *self.others.shape))
         fields, wrenches = self.fluid.response(np.concatenate([still, accelerations], axis=1))
         return fields, wrenches[:, FIRST_BODY:]
@@ -73,11 +78,12 @@ class Simulation:
         self._notes = list(layout.notes)
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
-        self._started_with = self.fluid.count
         self._speed = float(np.sqrt((layout.velocity**2).sum(1).max(initial=0.0)))
         self._acceleration = scene.gravity
-        self._carried = np.zeros((self.fluid.owners, 6))
+        self._stopped = np.zeros((self.fluid.owners, 6))  # impulse of the wall guard, not yet handed to its owners
+        self._passes = np.zeros(3)  # pressure updates, linear responses, most updates in a step
         self._due = {"series": 0.0, "particles": 0.0}
+        self._stability = Stability(self)
         self._began = clock.perf_counter()
 
     # -------------------------------------------------------------------------------------- the loop
@@ -133,8 +139,13 @@ class Simulation:
         """Pressure, and with it the motion of the bodies; the wrench (owners, 6) over the step."""
         if self.coupler is None:
             return self.fluid.pressure(motion.others)
-        loads = BodyLoads(self.fluid, motion.others, self._carried[FIRST_BODY:])
-        settled = self.coupler.step(loads, self.bodies, self.time, dt)
+        loads = BodyLoads(self.fluid, motion.others, self._stopped[FIRST_BODY:] / dt)
+        try:
+            settled = self.coupler.step(loads, self.bodies, self.time, dt)
+        except RunError as fault:
+            raise self._stability.failed(fault) from fault
+        self._passes[:2] += loads.updates, loads.responses
+        self._passes[2] = max(self._passes[2], loads.updates)
         wrench = self.fluid.wrench(viscous=True) if self.movers.piston else np.zeros((self.fluid.owners, 6))
         wrench[FIRST_BODY:] = settled
         return wrench
@@ -147,27 +158,12 @@ class Simulation:
         if self.bodies:
             new_twist[FIRST_BODY:] = self.bodies.motion().velocity
         self.books.close(sums, impulse, wrench, motion.twist, new_twist, dt)
-        self._carried = impulse / dt
+        self._stopped = impulse
         self._speed = max(self.books.max_speed, self.movers.speed())
         self._acceleration = math.sqrt(sums[corrector.ACCELERATION2])
-        self._check(np.isfinite(sums).all() and np.isfinite(wrench).all())
-
-    def _check(self, finite: bool) -> None:
-        """Raises RunError where the run has become unstable."""
-        wave_speed = math.sqrt(self.scene.gravity * self.fluid.depth)
-        fastest = 1e3 * max(wave_speed, self.scene.spacing)
-        if not finite:
-            fault = "a velocity or a force is no longer finite"
-        elif self._speed > fastest:
-            fault = f"the fluid moves at {self._speed:.3g} m/s"
-        elif self.fluid.count < 0.5 * self._started_with:
-            fault = f"{self.fluid.lost} of {self._started_with} particles have left the tank"
-        else:
-            return
-        raise RunError(
-            f"unstable at t = {self.time:.4g} s (step {self.step_count}): {fault}; "
-            "try a smaller numerics.mach or numerics.courant, or a finer spacing"
-        )
+        finite = bool(np.isfinite(sums).all() and np.isfinite(wrench).all())
+        before, after, load = (array[FIRST_BODY:] for array in (motion.twist, new_twist, wrench))
+        self._stability.check(before, after, load, finite, self._speed)
 
     # -------------------------------------------------------------------------------------- watching
 
@@ -194,13 +190,14 @@ class Simulation:
         else:
             frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
             frame.pressure = self.fluid.pressure_values
+        self._stability.logged = self.time
         for recorder in self.recorders:
             (recorder.series if stream == "series" else recorder.particles)(frame)
 
     @property
     def warnings(self) -> list[str]:
         """What the user should know of this run so far."""
-        return self._notes + list(self.bodies.notes if self.bodies else ())
+        return self._notes + [note for part in (self.bodies, self.coupler) if part for note in part.notes]
 
     @property
     def threads(self) -> int:
@@ -215,6 +212,23 @@ class Simulation:
     @property
     def memory_bytes(self) -> int:
         return self.fluid.nbytes
+
+    def coupling(self) -> dict:
+        """How fluid and bodies were coupled, for `run.json`; empty without bodies. Passes are means per step;
+        `added_mass_ratio` is the added over the own inertia of each body as last measured."""
+        if self.bodies is None:
+            return {}
+        updates, responses = self._passes[:2] / max(self.step_count, 1)
+        ratios = self.coupler.mass_ratio(self.bodies)
+        return {
+            "scheme": self.scene.coupler.scheme,
+            "pressure_updates": updates,
+            "most_pressure_updates": int(self._passes[2]),
+            "linear_responses": responses,
+            "added_mass_ratio": dict(zip(self.bodies.names, ratios.tolist(), strict=True))
+            if ratios is not None
+            else {},
+        }
 
     def audit(self) -> dict:
         """Books of energy and momentum, for `run.json`."""

@@ -1,0 +1,73 @@
+"""The reference scheme: pressure and bodies are solved in turn until the acceleration that goes in comes out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from couplers.quasi_newton import QuasiNewton
+from couplers.response import Response, mass_ratio, respond
+from fsi.protocols import BodySet, FluidLoads
+
+WATCH = 50  # steps from one measurement of the added mass to the next
+PASSES = 50  # at most, in a step
+
+
+class FixedPoint:
+    """The joint acceleration a (nv,) of a step is the fixed point of a -> H(a): the pressure for walls that accelerate
+    with a, its wrench on the bodies, and their mean acceleration under it from MuJoCo. Every pass starts from the same
+    state: the bodies are saved and restored bit for bit, and the pressure of the fluid is solved anew from the last
+    step's. Nothing is assumed of H, no added mass is measured; `QuasiNewton` finds the fixed point. A scalar relaxation
+    (Aitken) would do for one joint, but not for several that the fluid couples.
+
+    Settled is an acceleration with r = H(a) - a such that r^T M r <= tolerance^2 (a^T M a + Q^T M^-1 Q), with the mass
+    matrix M and the joint force Q of the fluid: what is left in force, as a share of the forces at work.
+    """
+
+    advice = (
+        "set a smaller numerics.mach or a finer spacing, or soften what drives the body (a spring, contact or actuator)"
+    )
+
+    def __init__(self, bodies: BodySet, tolerance: float = 1e-6):
+        self.acceleration = np.zeros(bodies.motion().jacobian.shape[2])
+        self.tolerance, self.unsettled = tolerance, 0
+        self._solver = QuasiNewton()
+        self._response: Response | None = None
+        self._count = 0
+
+    def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
+        """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
+        motion, inertia, state = bodies.motion(), bodies.inertia(), bodies.save()
+        guess, none = self.acceleration, np.zeros_like(inertia)
+        self._solver.begin()
+        for attempt in range(PASSES):
+            if attempt:
+                bodies.restore(state)
+            wrench = fluid.pressure(motion.jacobian @ guess + motion.bias)
+            if attempt == 0 and self._count % WATCH == 0:
+                self._response = respond(fluid, bodies, motion)
+            found = bodies.advance(dt, wrench, none, guess)
+            if self._settled(found - guess, guess, np.einsum("bik,bi->k", motion.jacobian, wrench), inertia):
+                break
+            guess = self._solver.next(guess, found, np.sqrt(np.diag(inertia)))
+        else:
+            self.unsettled += 1
+        self._count += 1
+        self.acceleration = found
+        return wrench
+
+    def _settled(self, rest: np.ndarray, guess: np.ndarray, force: np.ndarray, inertia: np.ndarray) -> bool:
+        if rest.size == 0:
+            return True
+        scale = guess @ inertia @ guess + force @ np.linalg.solve(inertia, force)
+        return rest @ inertia @ rest <= self.tolerance**2 * scale
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Steps that did not settle."""
+        if not self.unsettled:
+            return ()
+        return (f"fixed_point: {self.unsettled} of {self._count} steps did not settle within {PASSES} passes",)
+
+    def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
+        """Added over own inertia (b,) of each body as last measured, see `Response.ratio`."""
+        return mass_ratio(self._response, bodies)

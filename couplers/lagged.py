@@ -1,0 +1,40 @@
+"""The plain staggered scheme, for comparison: the fluid sees the bodies' acceleration of the step before."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from couplers.response import Response, mass_ratio, respond
+from fsi.protocols import BodySet, FluidLoads
+
+WATCH = 50  # steps from one measurement of the added mass to the next
+
+
+class Lagged:
+    """One pressure solution a step, at the joint acceleration a0 (nv,) of the step before; the bodies then move under its
+    wrench. An error of a0 comes back as -Ma/M of itself, so that the scheme is unstable where the added mass Ma of a
+    body exceeds its own mass M (Causin et al. 2005, Comput. Methods Appl. Mech. Eng. 194, 4506-4527)."""
+
+    advice = (
+        'set coupler.scheme = "added_mass": the lagged scheme cannot hold bodies whose added mass exceeds their own'
+    )
+    notes: tuple[str, ...] = ()
+
+    def __init__(self, bodies: BodySet):
+        self.acceleration = np.zeros(bodies.motion().jacobian.shape[2])
+        self._response: Response | None = None
+        self._count = 0
+
+    def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
+        """Advance the bodies by dt [s]; the wrench (b, 6) of the fluid about their centres of mass."""
+        motion, start = bodies.motion(), self.acceleration
+        wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
+        if self._count % WATCH == 0:
+            self._response = respond(fluid, bodies, motion)
+        self._count += 1
+        self.acceleration = bodies.advance(dt, wrench, np.zeros((start.size, start.size)), start)
+        return wrench
+
+    def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
+        """Added over own inertia (b,) of each body as last measured, see `Response.ratio`."""
+        return mass_ratio(self._response, bodies)
