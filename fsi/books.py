@@ -14,8 +14,9 @@ from fsi.layout import FIRST_BODY, PISTON
 class Books:
     """Energies [J], work [J] and the momentum audit of a simulation.
 
-    The audit compares, for a step, the change of the fluid's momentum with gravity's impulse less the impulses on walls,
-    wavemaker and bodies; the residual is a share of the impulse of the fluid's weight (or of the largest force).
+    The audit compares, for a step, the change of the fluid's momentum with the impulse of gravity and other body forces,
+    less the impulses on walls, wavemaker and bodies; the residual is a share of the impulse of the fluid's weight (or of
+    the largest force).
     """
 
     def __init__(self, scene, fluid, bodies):
@@ -42,7 +43,8 @@ class Books:
 
     def open_audit(self) -> None:
         """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
-        self._before = self.momentum.copy(), self.fluid.wrench(viscous=True, walls=True)[:, :3].sum(0), self.fluid.count
+        force = self.fluid.wrench(viscous=True, walls=True)[:, :3].sum(0)
+        self._before = self.momentum.copy(), force, self.mass * self.fluid.driven(), self.fluid.count
 
     def close(self, sums, impulse, wrench, twist, new_twist, dt) -> None:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
@@ -61,11 +63,9 @@ class Books:
             self._audit(sums[corrector.MOMENTUM + dim :], impulse, dt)
 
     def _audit(self, sponged, impulse, dt) -> None:
-        momentum, force, count = self._before
+        momentum, force, drive, count = self._before
         axes = [0, 2] if self._dim == 2 else [0, 1, 2]
-        gravity = np.zeros(self._dim)
-        gravity[-1] = -self._weight() * count
-        expected = dt * (gravity - force[axes]) - impulse[:, :3].sum(0)[axes] - sponged
+        expected = dt * (drive - force[axes]) - impulse[:, :3].sum(0)[axes] - sponged
         scale = max(dt * self._weight() * count, dt * np.abs(force).max(), np.abs(momentum).max(), 1e-300)
         residual = float(np.abs(self.momentum - momentum - expected).max() / scale)
         self.momentum_residual = max(self.momentum_residual, residual)

@@ -128,13 +128,16 @@ def validate(
     solvers: Iterable[str] = (),
     out: str | Path | None = None,
     threads: int | None = None,
+    jobs: int = 1,
     quiet: bool = False,
 ):
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.validate`."""
     from cases.validation.validate import validate as run_all
 
     say = _silent if quiet else _say
-    return run_all(tuple(names), levels=tuple(levels), solvers=tuple(solvers), out=out, threads=threads, say=say)
+    return run_all(
+        tuple(names), levels=tuple(levels), solvers=tuple(solvers), out=out, threads=threads, jobs=jobs, say=say
+    )
 
 
 def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False):

@@ -169,7 +169,8 @@ def cases(as_json: AsJson = False) -> None:
 @app.command()
 def validate(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="CASE", help="Cases, or patterns such as 'still_*'; all if none.")
+        list[str] | None,
+        typer.Argument(metavar="CASE", help="Cases, groups, patterns such as 'still_*', or 'defaults'; all if none."),
     ] = None,
     level: Annotated[
         list[str] | None,
@@ -180,13 +181,20 @@ def validate(
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of rows, plots and VALIDATION.md.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure the solver against exact answers and experiments."""
     with exit_codes():
         result = cli.validate(
-            names or (), levels=level or (), solvers=solver or (), out=out, threads=threads, quiet=quiet
+            names or (),
+            levels=level or (),
+            solvers=solver or (),
+            out=out,
+            threads=threads,
+            jobs=jobs,
+            quiet=quiet,
         )
         if as_json:
             print(json.dumps([row.as_dict() for row in result.rows]))

@@ -45,6 +45,8 @@ class Fluid:
         self.lost = 0
         self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.fall[-1] -= scene.gravity
+        gradient = scene.fluid.acceleration_gradient
+        self.fall_gradient = None if gradient is None else np.array(gradient, float)
         self.periodic = Periodic(scene)
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
@@ -177,6 +179,8 @@ class Fluid:
 
     def predict(self) -> None:
         """Trial velocities and the coefficients of the pressure equation."""
+        if self.fall_gradient is not None:
+            self.velocity += self.dt * self.position @ self.fall_gradient.T
         if self._solids:
             near = self._boundary_near
             self.team.run(self._weights, near.bounds, near.groups, self.count, self._flow, self._shepard, self.k)
@@ -186,6 +190,12 @@ class Fluid:
             self.fall, self.k, self.dtype(self.dt),
         )  # fmt: skip
         self.periodic.mirror(self._trial, slice(self.dim + 1, None))
+
+    def driven(self) -> np.ndarray:
+        """Sum over the particles of their acceleration by gravity and other body forces (dim,) [m/s2]."""
+        real = self.label >= 0
+        total = real.sum() * self.fall
+        return total if self.fall_gradient is None else total + self.fall_gradient @ self.position[real].sum(0)
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""

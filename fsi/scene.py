@@ -54,6 +54,7 @@ class Fluid(Part):
     kinematic_viscosity: NonNegative = 1e-6  # [m2/s]
     still_water_level: Number = 0.0  # [m]
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
+    acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
     start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
     blocks: tuple[Block, ...] = ()
 

@@ -19,7 +19,7 @@ BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_positions, _periodic, _resolution, wave_faults, _coupler, _files)
+    checks = (_positions, _periodic, _field, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -53,6 +53,8 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
     if scene.fluid.acceleration:
         points["fluid.acceleration"] = scene.fluid.acceleration
     points |= {f"probes.{name}.position": probe.position for name, probe in scene.probes.items()}
+    for n, row in enumerate(scene.fluid.acceleration_gradient or ()):
+        points[f"fluid.acceleration_gradient[{n}]"] = row
     axes = "x, z" if scene.dimension == 2 else "x, y, z"
     for key, point in points.items():
         if len(point) != scene.dimension:
@@ -111,6 +113,20 @@ def _periodic(scene: Scene) -> Iterator[Fault]:
         yield key, "gravity acts along z", "set gravity = 0"
     if tank.periodic and scene.bodies:
         yield key, "bodies do not repeat along a periodic axis", "use walls far away instead"
+
+
+def _field(scene: Scene) -> Iterator[Fault]:
+    gradient, key = scene.fluid.acceleration_gradient, "fluid.acceleration_gradient"
+    if gradient is None:
+        return
+    if len(gradient) != scene.dimension:
+        yield key, f"{len(gradient)} rows in {scene.dimension} dimensions", "give a row for each axis"
+    if scene.tank.walls or scene.tank.periodic or scene.tank.bathymetry or scene.bodies:
+        yield (
+            key,
+            "acts on a free body of fluid alone, which touches no solid",
+            "set tank.walls = [] and leave solids out",
+        )
 
 
 def _resolution(scene: Scene) -> Iterator[Fault]:

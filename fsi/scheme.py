@@ -10,6 +10,13 @@ from fsi.scene import Scene
 from fsi.sweeps import Constants
 
 
+def density_relaxation(scene: Scene, depth: float) -> float:
+    """gamma: the scene's, or as much as the slowest mode of the depth [m] damps in a step."""
+    if scene.numerics.density_relaxation is not None:
+        return scene.numerics.density_relaxation
+    return iteration(scene.numerics).gain * (SOUND * scene.smoothing_length * math.pi / (2 * depth)) ** 2 / 2
+
+
 def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
     """The scalars of the sweeps for a scene whose fluid is `depth` metres high."""
     dim, dr, h, rho = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density
@@ -18,9 +25,6 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
     lattice = kernel.lattice(dr, h, dim)
     slope = float(kernel.gradient_factor(0.0, h, dim))
     numerics = scene.numerics
-    relaxation = numerics.density_relaxation
-    if relaxation is None:
-        relaxation = iteration(numerics).gain * (SOUND * h * math.pi / (2 * depth)) ** 2 / 2
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
     values = Constants(
         inverse_support=0.5 / h,
@@ -33,7 +37,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
-        relaxation=relaxation,
+        relaxation=density_relaxation(scene, depth),
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         shifting=scene.shifting * h * slope * volume,

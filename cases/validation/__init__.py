@@ -14,11 +14,11 @@ from fsi.errors import SceneError
 
 MODULES = {
     "still_water": ("still_water", "still_water_long", "still_water_3d"),
-    "still_shapes": ("still_step", "still_slope", "still_corner"),
+    "still_shapes": ("still_step", "still_slope", "still_corner", "still_planes_3d"),
     "standing_wave": ("standing_wave",),
     "wavemaker": ("wavemaker_0.5", "wavemaker_1", "wavemaker_2", "wavemaker_3", "wave_decay"),
     "dam_front": ("dam_front",),
-    "drop": ("elliptical_drop",),
+    "drop": ("elliptical_drop", "oscillating_drop"),
     "taylor_green": ("taylor_green",),
     "poiseuille": ("poiseuille",),
     "tall_column": ("tall_column",),
@@ -36,10 +36,14 @@ def load(name: str) -> Case:
 
 
 def choose(patterns: tuple[str, ...] | list[str]) -> list[Case]:
-    """The cases that these names or patterns such as `still_*` ask for, all of them if there are none.
+    """The cases that these names, groups such as `still_shapes`, or patterns such as `still_*` ask for, all of them if
+    there are none.
 
     Raises SceneError for a pattern that names no case."""
+    chosen = set()
     for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in NAMES):
+        found = MODULES.get(pattern) or [name for name in NAMES if fnmatchcase(name, pattern)]
+        if not found:
             raise SceneError(f"no validation case {pattern!r}", key="CASE", fix=f"known are {', '.join(NAMES)}")
-    return [load(name) for name in NAMES if not patterns or any(fnmatchcase(name, p) for p in patterns)]
+        chosen.update(found)
+    return [load(name) for name in NAMES if not patterns or name in chosen]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -42,7 +42,11 @@ class Case:
 
     `reference`: the exact answer or the experiment, with its source. `spacing`: level -> particle spacing [m].
     `scene(spacing, folder)`: the scene as plain data; files it needs are written to `folder`. `target`: largest
-    magnitude that each error may have.
+    magnitude that each error may have. `reasons`: why rows miss a target, as far as it was found; the report shows it
+    beside rows that do.
+
+    `run(case, level, solver)`, for a case that is no single run, gives its row and why it failed ("" where it did not);
+    `plot(case, rows, file)` draws a picture of its own in place of error over run time.
     """
 
     name: str
@@ -50,14 +54,18 @@ class Case:
     reference: str
     spacing: Mapping[str, float]
     scene: Callable[[float, Path], dict]
-    measure: Callable[..., Measure]
+    measure: Callable[..., Measure] | None
     target: Mapping[str, float]
+    reasons: str = ""
+    run: Callable[[Case, str, str], tuple[Row, str]] | None = None
+    plot: Callable[[Case, Sequence[Row], Path], None] | None = None
 
 
 @dataclass(frozen=True)
 class Row:
-    """One run: `particles` counts the fluid's, `wall_seconds` leaves out compiling and measuring, `time_step` [s] is
-    the mean. An error that could not be measured, because the run failed, is None."""
+    """One run: `particles` counts the fluid's at the start, `particle_steps` sums them over the steps, `wall_seconds`
+    leaves out compiling and measuring, `time_step` [s] is the mean. An error that could not be measured, because the run
+    failed, is None."""
 
     case: str
     level: str
@@ -66,6 +74,7 @@ class Row:
     dimension: int
     particles: int
     steps: int
+    particle_steps: int
     time_step: float
     wall_seconds: float
     simulated_seconds: float

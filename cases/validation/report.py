@@ -33,7 +33,8 @@ def seconds(value: float) -> str:
 def headings(case: Case) -> list[str]:
     """Column heads of the table of a case; under an error measure stands its target."""
     errors = [f"{name.replace('_', ' ')} (<= {shown(name, target)})" for name, target in case.target.items()]
-    return ["level", "solver", "spacing", "particles", "steps", "time step", "wall time", "memory", *errors, "target"]
+    facts = "level", "solver", "spacing", "particles", "steps", "time step", "wall time", "particle-steps", "memory"
+    return [*facts, *errors, "target"]
 
 
 def cells(row: Row) -> list[str]:
@@ -50,6 +51,7 @@ def cells(row: Row) -> list[str]:
         f"{row.steps}",
         f"{1000 * row.time_step:.3g} ms",
         seconds(row.wall_seconds),
+        f"{row.particle_steps / 1e6:.3g} M",
         f"{row.memory_bytes / 1e6:.1f} MB",
         *errors,
         "met" if row.passed else "MISSED",

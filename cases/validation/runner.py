@@ -21,11 +21,12 @@ class Stopwatch:
     the measuring."""
 
     def __init__(self, measure: Measure):
-        self.measure, self.seconds, self.resumed = measure, 0.0, None
+        self.measure, self.seconds, self.particle_steps, self.resumed = measure, 0.0, 0, None
 
     def __call__(self, sim) -> None:
         if self.resumed is not None:
             self.seconds += clock.perf_counter() - self.resumed
+        self.particle_steps += sim.fluid.count
         self.measure(sim)
         self.resumed = clock.perf_counter()
 
@@ -34,13 +35,17 @@ def scene_of(case: Case, level: str, solver: str, folder: Path) -> Scene:
     """The scene of a case; its files are in `folder`, and nothing is logged. Where the case and the solver
     set the same numerics, the solver's hold."""
     data = case.scene(case.spacing[level], folder)
-    numerics = data.get("numerics", {}) | SOLVERS[solver]
-    extra = {"name": case.name, "spacing": case.spacing[level], "numerics": numerics}
-    return load_scene(Scene.model_validate(data | extra, context={"folder": folder}))
+    extra = {"name": case.name, "spacing": case.spacing[level]}
+    numerics = data.get("numerics", {})
+    plain = Scene.model_validate(data | extra, context={"folder": folder})
+    changed = {key: value(plain) if callable(value) else value for key, value in SOLVERS[solver].items()}
+    return load_scene(Scene.model_validate(data | extra | {"numerics": numerics | changed}, context={"folder": folder}))
 
 
 def run_case(case: Case, level: str, solver: str, threads: int | None = None) -> tuple[Row, str]:
     """The row of one run, and why it failed ("" where it did not). Raises SceneError where the scene is wrong."""
+    if case.run:
+        return case.run(case, level, solver)
     with tempfile.TemporaryDirectory() as folder:
         scene = scene_of(case, level, solver, Path(folder))
         bodies, coupler, ground = bind(scene, case.name)
@@ -63,6 +68,7 @@ def run_case(case: Case, level: str, solver: str, threads: int | None = None) ->
         dimension=scene.dimension,
         particles=particles,
         steps=sim.step_count,
+        particle_steps=watch.particle_steps,
         time_step=sim.time / max(sim.step_count, 1),
         wall_seconds=watch.seconds,
         simulated_seconds=sim.time,

@@ -1,6 +1,15 @@
-"""The solver variants that are compared: name -> what they change in the scene's `[numerics]`."""
+"""The solver variants that are compared: name -> what they change in the scene's `[numerics]`; a value that depends on the
+scene is a function of it."""
 
 from __future__ import annotations
+
+from fsi.layout import water_depth
+from fsi.scheme import density_relaxation
+
+
+def _relaxed(factor: float):
+    return lambda scene: factor * density_relaxation(scene, water_depth(scene))
+
 
 DEFAULT = "chebyshev6"
 SOLVERS: dict[str, dict] = {
@@ -10,5 +19,10 @@ SOLVERS: dict[str, dict] = {
     "chebyshev6": {"solver": "chebyshev", "sweeps": 6},
     "chebyshev8": {"solver": "chebyshev", "sweeps": 8},
     "half_step": {"mach": 0.1, "courant": 0.1},
+    "double_step": {"mach": 0.4, "courant": 0.4},
+    "narrow": {"smoothing_ratio": 1.3},
+    "wide": {"smoothing_ratio": 2.0},
+    "no_relaxation": {"density_relaxation": 0.0},
+    "relaxation10": {"density_relaxation": _relaxed(10.0)},
     "shifting": {"shifting": 6.0},
 }

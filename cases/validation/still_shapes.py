@@ -1,13 +1,15 @@
-"""Water at rest over a bed that is not a box: a step, a slope, a sharp valley. Exact: hydrostatics, as in a box."""
+"""Water at rest over a bed that is not a box: a step, a slope, a sharp valley, two planes that meet askew in three
+dimensions. Exact: hydrostatics, as in a box."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from cases.validation.case import Case
-from cases.validation.still_water import DEPTH, FINE_2D, REFERENCE, TARGET_2D, Stillness
+from cases.validation.still_water import DEPTH, FINE_2D, FINE_3D, REFERENCE, TARGET_2D, TARGET_3D, Stillness
 
 Profile = list[tuple[float, float]]
 
@@ -43,8 +45,57 @@ def bed_scene(profile: Profile):
     return scene
 
 
+def centre_of_water(profile: Profile) -> float:
+    """Height [m] of the centre of mass of water up to z = 0 over a profile whose x rises: -1/2 int d^2 / int d."""
+    x, z = np.array(profile).T
+    before, after, width = -z[:-1], -z[1:], np.diff(x)
+    area = (width * (before + after) / 2).sum()
+    return float(-(width * (before**2 + before * after + after**2) / 3).sum() / (2 * area))
+
+
 def _case(name: str, title: str, profile: Profile) -> Case:
-    return Case(name, title, REFERENCE, FINE_2D, bed_scene(profile), Stillness, TARGET_2D)
+    ends = [(0.0, -DEPTH), *profile, (1.0, -DEPTH)]
+    still = partial(Stillness, centre=centre_of_water(ends))
+    return Case(name, title, REFERENCE, FINE_2D, bed_scene(profile), still, TARGET_2D)
+
+
+SIDE, RISE_X, RISE_Y = 0.3, 0.8, 0.6  # of the basin in three dimensions [m], slopes of its planes
+
+
+def write_planes(file: Path) -> None:
+    """A closed mesh, 1 m thick, of the ground below z = -DEPTH + max(RISE_X x, RISE_Y y) in the basin and below z = -DEPTH
+    around it. The planes meet in a valley from the corner at x = y = 0 to the far side."""
+    import trimesh
+
+    meet, rim = SIDE * RISE_Y / RISE_X, 0.2
+    inner = np.array([(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (meet, SIDE), (0.0, SIDE)])
+    outer = np.array([(-rim, -rim), (SIDE + rim, -rim), (SIDE + rim, SIDE + rim), (-rim, SIDE + rim)])
+    top = np.maximum(RISE_X * inner[:, 0], RISE_Y * inner[:, 1])
+    rings = (inner, top), (inner[1:], np.zeros(4)), (outer, np.zeros(4)), (outer, np.full(4, -1.0))
+    vertices = np.concatenate([np.column_stack([xy, z - DEPTH]) for xy, z in rings])
+    foot, o, b = [0, 5, 6, 7, 8], [9, 10, 11, 12], [13, 14, 15, 16]  # of the planes' edges, the rim, and the bottom
+    faces = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (b[0], b[2], b[1]), (b[0], b[3], b[2])]
+    for i, j in ((0, 1), (1, 2), (2, 3), (3, 4), (4, 0)):
+        faces += [(foot[i], foot[j], j)] * (j > 0) + [(foot[i], j, i)] * (i > 0)
+    for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 4), (4, 0))):
+        n = (k + 1) % 4
+        faces += [(o[k], o[n], foot[j]), (b[k], b[n], o[n]), (b[k], o[n], o[k])]
+        faces += [(o[k], foot[j], foot[i])] if k != 2 else [(o[k], foot[4], foot[3]), (o[k], foot[3], foot[2])]
+    trimesh.Trimesh(vertices, np.array(faces), process=False).export(file)
+
+
+def planes_scene(spacing: float, folder: Path) -> dict:
+    """The basin over the two planes."""
+    write_planes(folder / "planes.stl")
+    tank = {"min": [0.0, 0.0, -DEPTH], "max": [SIDE, SIDE, 0.2], "walls": ["x-", "x+", "y-", "y+"]}
+    return {"dimension": 3, "duration": 5.0, "tank": tank | {"bathymetry": str(folder / "planes.stl")}}
+
+
+def centre_over_planes(count: int = 600) -> float:
+    """Height [m] of the centre of mass of the water over the two planes, by the midpoint rule."""
+    x = (np.arange(count) + 0.5) * SIDE / count
+    depth = DEPTH - np.maximum(RISE_X * x[:, None], RISE_Y * x)
+    return float(-(depth**2).sum() / (2 * depth.sum()))
 
 
 CASES = {
@@ -64,6 +115,15 @@ CASES = {
             "still_corner",
             "Water at rest for 5 s in a valley with a corner of 103 degrees",
             [(0.0, -DEPTH), (0.0, -0.1), (0.5, -DEPTH), (1.0, -0.1), (1.0, -DEPTH)],
+        ),
+        Case(
+            "still_planes_3d",
+            "Water at rest for 5 s over two sloping planes that meet in a valley, in three dimensions",
+            REFERENCE,
+            FINE_3D,
+            planes_scene,
+            partial(Stillness, centre=centre_over_planes()),
+            TARGET_3D,
         ),
     )
 }

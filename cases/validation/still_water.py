@@ -2,7 +2,9 @@
 
 Exact: hydrostatics. Errors of the pressure two spacings under the surface and deeper, as shares of rho g H, averaged
 in time over the second half of the run; speed: root mean square over particles and that time, as a share of sqrt(g H);
-drift: rise of the centre of mass at the end as a share of its depth (a uniform swelling of the water by this much).
+drift: height of the centre of mass at the end above that of the exact volume at rest, as a share of its depth (a uniform
+swelling of the water by this much). The start is no reference: over a sloped bed the lattice ends in stairs, and its
+centre of mass is lower than the water's by up to 0.3 %.
 """
 
 from __future__ import annotations
@@ -17,19 +19,23 @@ DEPTH = 0.5  # H [m]
 
 
 class Stillness(Measure):
-    """Errors of water at rest, whose depth is the deepest place of the tank."""
+    """Errors of water at rest, whose depth is the deepest place of the tank and whose exact centre of mass is at the
+    height `centre` [m]."""
 
     interval = 0.02
 
+    def __init__(self, sim, centre: float = -0.5 * DEPTH):
+        self.centre = centre
+        super().__init__(sim)
+
     def begin(self, sim) -> None:
-        self.start = sim.fluid.position[:, -1].mean() - sim.scene.fluid.still_water_level
         self.height = sim.scene.fluid.still_water_level - sim.scene.tank.min[-1]
         self.l2, self.linf, self.speed2, self.rise = [], [], [], 0.0
 
     def sample(self, sim) -> None:
         fluid, scene = sim.fluid, sim.scene
         z = fluid.position[:, -1] - scene.fluid.still_water_level
-        self.rise = z.mean() - self.start
+        self.rise = z.mean() - self.centre
         if sim.time < 0.5 * scene.duration:
             return
         deep = z < -2 * scene.spacing
@@ -44,7 +50,7 @@ class Stillness(Measure):
             "pressure_l2": np.mean(self.l2),
             "pressure_linf": np.mean(self.linf),
             "rms_speed": math.sqrt(np.mean(self.speed2)),
-            "volume_drift": -self.rise / self.start,
+            "volume_drift": self.rise / abs(self.centre),
         }
 
 

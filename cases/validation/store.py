@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import cases
-from cases.validation import NAMES, load
+from cases.validation import NAMES, defaults, load
 from cases.validation.case import LEVELS, Case, Row
 from cases.validation.report import cells, headings, order_lines, plot
 from cases.validation.solvers import SOLVERS
@@ -74,7 +74,8 @@ class Store:
             self.folder.mkdir(parents=True, exist_ok=True)
             entries = [{**r.row.as_dict(), "machine": r.machine, "date": r.date} for r in self.results]
             self.file.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
-            plot(load(row.case), [r.row for r in self.results if r.row.case == row.case], self.plot_of(row.case))
+            case, own = load(row.case), [r.row for r in self.results if r.row.case == row.case]
+            (case.plot or plot)(case, own, self.plot_of(row.case))
             self.report.write_text(self.markdown(), encoding="utf-8")
         except OSError as fault:
             raise SceneError(
@@ -95,6 +96,7 @@ class Store:
         lines += [f"{len(self.results)} rows, {len(self.results) - sum(missed.values())} meet their targets."]
         words = [f"{name} ({count} of {len(by_case[name])})" for name, count in missed.items() if count]
         lines += [f"Rows that miss a target: {', '.join(words)}.", ""] if words else [""]
+        lines += defaults.section([r.row for r in self.results])
         for name, own in by_case.items():
             lines += self._section(load(name), own)
         return "\n".join(lines)
@@ -106,6 +108,8 @@ class Store:
         lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
         lines += [f"| {' | '.join([*cells(r.row), r.date])} |" for r in results]
         lines += ["", *(f"{line}\n" for line in order_lines(case, [r.row for r in results]))]
+        if case.reasons and not all(r.row.passed for r in results):
+            lines += [f"Why rows miss a target: {case.reasons}", ""]
         return [*lines, f"![Error over run time]({Path(picture).as_posix()})", ""]
 
     def _read(self) -> list[Result]:
@@ -113,10 +117,15 @@ class Store:
             return []
         try:
             entries = json.loads(self.file.read_text(encoding="utf-8"))
-            results = [Result(machine=e.pop("machine"), date=e.pop("date"), row=Row(**e)) for e in entries]
+            results = [Result(machine=e.pop("machine"), date=e.pop("date"), row=_row(e)) for e in entries]
         except (ValueError, KeyError, TypeError) as fault:
             raise SceneError(f"not a file of results ({fault})", file=self.file, fix="remove it") from None
         return [r for r in results if _stands(r.row)]
+
+
+def _row(entry: dict) -> Row:
+    """A row as it was kept; older ones did not count particle-steps."""
+    return Row(**{"particle_steps": entry["particles"] * entry["steps"]} | entry)
 
 
 def _stands(row: Row) -> bool:

@@ -1,4 +1,4 @@
-"""All runs that `fsi validate` asks for, one after the other."""
+"""All runs that `fsi validate` asks for."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases.validation import LEVELS, SOLVERS, choose
+from cases.validation import LEVELS, SOLVERS, choose, defaults
 from cases.validation.case import Row
+from cases.validation.jobs import Job, run_all
 from cases.validation.report import order_lines, table
-from cases.validation.runner import run_case
 from cases.validation.solvers import DEFAULT
 from cases.validation.store import Store
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.threads import available_threads
+
+STUDY = "defaults"
 
 
 @dataclass(frozen=True)
@@ -40,28 +42,37 @@ def validate(
     solvers: Sequence[str] = (),
     out: str | Path | None = None,
     threads: int | None = None,
+    jobs: int = 1,
     say: Callable[[str], None] = lambda line: None,
 ) -> Validation:
-    """Run these cases (all, if none are named; patterns such as `still_*` are names too) at these levels (coarse) with
-    these solvers (the default one); each row is kept as soon as it is there. `say` hears of the progress.
+    """Run these cases (all, if none are named; groups, and patterns such as `still_*`, are names too) at these levels
+    (coarse) with these solvers (the default one); `defaults` is the study of all variants. Each row is kept as soon as it
+    is there. With `jobs` above one so many run at a time, on a processor each. `say` hears of the progress.
 
     Raises SceneError for a name that does not exist."""
-    cases = choose(names)
     levels = _known("--level", levels or LEVELS[:1], LEVELS)
     solvers = _known("--solver", solvers or [DEFAULT], SOLVERS)
+    runs = _runs(tuple(names), levels, solvers)
     require("matplotlib", "report", "fsi validate")
-    store, threads = Store.choose(out), threads or available_threads()
-    rows, failures = [], []
-    for case, level, solver in [(c, v, s) for c in cases for s in solvers for v in levels]:
-        say(f"{case.name}, {level}, {solver} ...")
-        row, reason = run_case(case, level, solver, threads)
-        rows.append(row)
+    store, threads = Store.choose(out), 1 if jobs > 1 else threads or available_threads()
+    rows, failures = {}, []
+    say(f"{len(runs)} runs")
+    for run, row, reason in run_all(runs, jobs, threads):
+        rows[run] = row
         store.add(row, threads)
         verdict = f"failed: {reason}" if reason else "met" if row.passed else "MISSED"
-        say(f"{case.name}, {level}, {solver}: {verdict} ({row.wall_seconds:.1f} s)")
+        say(f"{', '.join(run)}: {verdict} ({row.wall_seconds:.1f} s), {len(rows)} of {len(runs)}")
         if reason:
-            failures.append(f"{case.name}, {level}, {solver}: {reason}")
-    return Validation(tuple(rows), tuple(failures), store.report)
+            failures.append(f"{', '.join(run)}: {reason}")
+    return Validation(tuple(rows[run] for run in runs), tuple(failures), store.report)
+
+
+def _runs(names: tuple[str, ...], levels: Sequence[str], solvers: Sequence[str]) -> list[Job]:
+    """Case, level and solver of each run; those of the study of the defaults first."""
+    plain = [name for name in names if name != STUDY]
+    study = defaults.jobs() if STUDY in names else []
+    chosen = choose(plain) if plain or not names else []
+    return list(dict.fromkeys(study + [(c.name, v, s) for c in chosen for s in solvers for v in levels]))
 
 
 def _known(option: str, names: Sequence[str], known: Iterable[str]) -> list[str]:

@@ -123,3 +123,12 @@ def test_results_do_not_depend_on_threads(threads):
             fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
         states.append((fluid.position.copy(), fluid.velocity.copy(), fluid.pressure_values.copy()))
     assert all((a == b).all() for a, b in zip(*states, strict=True))
+
+
+def test_a_linear_field_of_acceleration_acts_at_the_particles():
+    fluid = random_fluid(2, viscosity="none", field=[[-1.0, 0.5], [0.0, -2.0]])
+    position, before = fluid.position.copy(), fluid.velocity.copy()
+    fluid.predict()
+    expected = position @ np.array([[-1.0, 0.0], [0.5, -2.0]])
+    close((fluid.velocity - before) / fluid.dt, expected, 1e-12)
+    assert np.allclose(fluid.driven(), expected.sum(0))

@@ -42,6 +42,17 @@ FAULTS = {
         "[probes.p]\nposition = [1.0, 0.0, 0.1]",
         ["pool.toml: probes.p.position: [1.0, 0.0, 0.1] has 3 components in 2 dimensions; give x, z"],
     ),
+    "linear field between walls": (
+        "[fluid]\nacceleration_gradient = [[-1.0, 0.0], [0.0, -1.0]]",
+        [
+            "pool.toml: fluid.acceleration_gradient: acts on a free body of fluid alone, which touches no solid; "
+            "set tank.walls = [] and leave solids out"
+        ],
+    ),
+    "linear field of the wrong shape": (
+        "[fluid]\nacceleration_gradient = [[-1.0, 0.0, 0.0], [0.0, -1.0]]",
+        ["pool.toml: fluid.acceleration_gradient[0]: [-1.0, 0.0, 0.0] has 3 components in 2 dimensions; give x, z"],
+    ),
     "block outside, and overlapping": (
         "[[fluid.blocks]]\nmin = [0, -0.5]\nmax = [1, 0]\n[[fluid.blocks]]\nmin = [0.5, -0.5]\nmax = [7, 0]",
         [

@@ -9,11 +9,20 @@ import numpy as np
 import pytest
 
 from cases.validation import dam_front, poiseuille, short_box, taylor_green
-from cases.validation.drop import exact_axes
+from cases.validation.drop import FIELD, PERIOD, exact_axes
 from cases.validation.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
 from cases.validation.series import impulse, low_passed, relative_rms
 from cases.validation.standing_wave import crossings, extremes, standing_frequency
-from cases.validation.still_shapes import write_bed
+from cases.validation.still_shapes import (
+    RISE_X,
+    RISE_Y,
+    SIDE,
+    centre_of_water,
+    centre_over_planes,
+    write_bed,
+    write_planes,
+)
+from cases.validation.still_water import DEPTH
 
 
 def test_standing_waves_of_finite_height_are_slower_in_deep_water():
@@ -72,6 +81,34 @@ def test_the_drop_keeps_its_area_and_its_energy():
     major = np.linspace(1.0, b, 20001)
     strain = np.sqrt(2 / (major**-2 + major**2))
     assert np.trapezoid(1 / (strain * major), major) == pytest.approx(0.8, rel=1e-7)
+
+
+def test_the_drop_in_a_central_field_oscillates_with_the_period_of_the_literature():
+    round_again, stretched = exact_axes(PERIOD, FIELD), exact_axes(PERIOD / 4, FIELD)
+    assert round_again == pytest.approx((1.0, 1.0), rel=1e-3)
+    a, b = stretched
+    # at rest there: all the energy A^2 (a^2 + b^2) + B^2 (a^2 + b^2) = 4 is the field's
+    assert a * b == pytest.approx(1.0) and a * a + b * b == pytest.approx(4.0, rel=1e-3)
+
+
+def test_centres_of_water_over_planes():
+    assert centre_of_water([(0.0, -0.5), (1.0, -0.5)]) == pytest.approx(-0.25)
+    assert centre_of_water([(0.0, -0.6), (2.0, 0.0)]) == pytest.approx(-0.2)  # a triangle
+
+
+def test_the_ground_under_the_planes_is_closed(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    write_planes(tmp_path / "planes.stl")
+    mesh = trimesh.load_mesh(tmp_path / "planes.stl")
+    x = (np.arange(500) + 0.5) * SIDE / 500
+    above = np.maximum(RISE_X * x[:, None], RISE_Y * x).mean() * SIDE**2
+    assert mesh.is_watertight
+    area = (SIDE + 0.4) ** 2
+    assert mesh.volume == pytest.approx(area * 1.0 + above, rel=1e-5)
+    rim = (area - SIDE**2) * DEPTH  # of water
+    water = area * (DEPTH + 1.0) - mesh.volume - rim
+    moment = -area * (DEPTH + 1.0) ** 2 / 2 - mesh.volume * mesh.center_mass[2] + rim * DEPTH / 2
+    assert moment / water == pytest.approx(centre_over_planes(), rel=1e-4)
 
 
 def test_the_plates_series_starts_at_rest_obeys_its_equation_and_ends_in_a_parabola():

@@ -8,17 +8,19 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cases.validation import NAMES, SOLVERS, choose, load
+from cases.validation import NAMES, SOLVERS, choose, defaults, load
 from cases.validation.case import Case, Measure, Row
 from cases.validation.report import cells, headings, order, orders, seconds, shown, table
 from cases.validation.runner import run_case, scene_of
 from cases.validation.store import Store
+from cases.validation.validate import validate
 from fsi.commands import app
 from fsi.errors import SceneError
+from fsi.scheme import density_relaxation
 
 KEYS = [
-    "case", "level", "solver", "spacing", "dimension", "particles", "steps", "time_step", "wall_seconds",
-    "simulated_seconds", "memory_bytes", "error", "target", "passed",
+    "case", "level", "solver", "spacing", "dimension", "particles", "steps", "particle_steps", "time_step",
+    "wall_seconds", "simulated_seconds", "memory_bytes", "error", "target", "passed",
 ]  # fmt: skip
 
 
@@ -54,8 +56,8 @@ def row(**facts) -> Row:
     return Row(
         **{
             "case": "dam_front", "level": "coarse", "solver": "chebyshev6", "spacing": 0.02, "dimension": 2,
-            "particles": 100, "steps": 10, "time_step": 0.1, "wall_seconds": 2.0, "simulated_seconds": 1.0,
-            "memory_bytes": 1000, "error": dict.fromkeys(load("dam_front").target, 0.0),
+            "particles": 100, "steps": 10, "particle_steps": 1000, "time_step": 0.1, "wall_seconds": 2.0,
+            "simulated_seconds": 1.0, "memory_bytes": 1000, "error": dict.fromkeys(load("dam_front").target, 0.0),
             "target": dict(load("dam_front").target), "passed": True,
         } | facts
     )  # fmt: skip
@@ -66,6 +68,7 @@ def test_a_run_gives_a_row_of_the_contract():
     assert list(found.as_dict()) == KEYS
     assert reason == "" and found.passed
     assert abs(found.error["fall_speed"]) < 1e-3
+    assert found.particle_steps == 100 * found.steps
     assert found.particles == 100 and found.spacing == 0.02 and found.dimension == 2
     assert found.simulated_seconds == pytest.approx(0.1)
     assert found.time_step * found.steps == pytest.approx(0.1)
@@ -127,6 +130,69 @@ def test_cases_are_chosen_by_name_or_pattern():
     assert len(choose([])) == len(NAMES)
     with pytest.raises(SceneError, match="no validation case 'dam'"):
         choose(["dam"])
+
+
+def test_a_group_is_chosen_by_the_name_of_its_module():
+    assert [case.name for case in choose(["drop"])] == ["elliptical_drop", "oscillating_drop"]
+
+
+def test_a_solver_may_depend_on_the_scene(tmp_path):
+    plain = scene_of(load("still_water"), "coarse", "chebyshev6", tmp_path)
+    times_ten = scene_of(load("still_water"), "coarse", "relaxation10", tmp_path)
+    assert plain.numerics.density_relaxation is None
+    assert times_ten.numerics.density_relaxation == pytest.approx(10 * density_relaxation(plain, 0.5))
+
+
+def study_row(case, solver, seconds, **worse):
+    target = dict(load(case).target)
+    error = {name: worse.get(name, 0.5) * value for name, value in target.items()}
+    good = all(abs(error[name]) <= value for name, value in target.items())
+    facts = {"case": case, "level": defaults.LEVEL, "solver": solver, "wall_seconds": seconds}
+    return row(error=error, target=target, passed=good, **facts)
+
+
+def test_the_defaults_are_the_cheapest_of_those_that_meet_most_targets():
+    rows = [
+        study_row("still_water", "chebyshev6", 4.0),
+        study_row("standing_wave", "chebyshev6", 6.0, energy_loss=2.0),
+        study_row("still_water", "half_step", 8.0),
+        study_row("standing_wave", "half_step", 12.0, energy_loss=1.5),
+        study_row("still_water", "double_step", 2.0, rms_speed=3.0),
+        study_row("standing_wave", "double_step", 3.0, energy_loss=2.0),
+        study_row("still_water", "wide", 9.0),  # has not run on the other case
+    ]
+    found = defaults.scores(rows)
+    assert set(found) == {"chebyshev6", "half_step", "double_step"}
+    assert (found["chebyshev6"].met, found["chebyshev6"].measures, found["chebyshev6"].seconds) == (5, 6, 10.0)
+    assert found["double_step"].worst == {"still_water": pytest.approx(3.0), "standing_wave": pytest.approx(2.0)}
+    assert defaults.pick(found, tuple(found)) == "chebyshev6"
+    (line,) = defaults.verdicts(found)
+    assert "half_step 5 of 6 at 2.00" in line and line.endswith("Cheapest with the most: the default.")
+    assert "| **chebyshev6** |" in "\n".join(defaults.section(rows))
+    assert defaults.section(rows[:1]) == []
+
+
+def test_the_study_of_the_defaults_covers_every_variant():
+    jobs = defaults.jobs()
+    assert {solver for _, _, solver in jobs} == set(SOLVERS)
+    assert {name for names in defaults.CHOICES.values() for name in names} <= set(SOLVERS)
+    assert {case for case, _, _ in jobs} == set(defaults.CASES) <= set(NAMES)
+
+
+def test_reasons_stand_beside_rows_that_miss(tmp_path, monkeypatch):
+    case = replace(load("dam_front"), reasons="because")
+    monkeypatch.setattr("cases.validation.store.load", lambda name: case)
+    store = Store.choose(tmp_path)
+    store.add(row(), threads=1)
+    assert "because" not in store.markdown()
+    store.add(row(passed=False), threads=1)
+    assert "Why rows miss a target: because" in store.markdown()
+
+
+@pytest.mark.slow
+def test_rows_run_in_processes_of_their_own(tmp_path):
+    found = validate(["elliptical_drop", "poiseuille"], out=tmp_path, jobs=2)
+    assert [r.case for r in found.rows] == ["elliptical_drop", "poiseuille"] and found.failures == ()
 
 
 def test_orders_of_convergence():
