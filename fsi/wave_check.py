@@ -11,12 +11,14 @@ from fsi.errors import SceneError
 from fsi.scene import Scene
 from fsi.waves import Motion, piston, wavenumber
 from fsi.waves.regular import SECOND_ORDER_URSELL, order_of, ursell
+from fsi.waves.sponge import reflection
 
 BREAKING_DEPTH_RATIO = 0.78  # height over depth of a solitary wave that breaks (McCowan 1894)
 BREAKING_STEEPNESS = 0.142  # height over length of a breaking wave in deep water (Michell 1893)
 SEA_DEPTH_RATIO = 0.6  # Hm0 over depth that a sea hardly exceeds
 SEA_STEEPNESS = 0.07  # Hm0 over the length at the peak that a sea hardly exceeds
 FAST = 0.6  # piston speed over sqrt(g depth) that throws the water up
+REFLECTING = 0.1  # part of the wave height that a damping zone had better not send back
 LEAST_HEIGHT, LEAST_LENGTH = 4, 10  # spacings over the height and the length of a wave
 
 Fault = tuple[str, str, str]  # key, fault, fix
@@ -74,7 +76,7 @@ def wave_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
     if scene.waves is None:
         return []
-    return [*_KINDS.get(scene.waves.kind, lambda scene: ())(scene), *_speed(scene)]
+    return [*_KINDS.get(scene.waves.kind, lambda scene: ())(scene), *_speed(scene), *_reflecting(scene)]
 
 
 def wave_summary(scene: Scene) -> list[str]:
@@ -84,7 +86,11 @@ def wave_summary(scene: Scene) -> list[str]:
     motion = _motion(scene)
     back, forth = motion.reach
     path = f"piston from {back:.3g} to {forth:.3g} m, at most {_fastest(scene, motion):.3g} m/s"
-    return [*(f"waves: {line}" for line in _figures(scene)), f"waves: {scene.waves.kind}, {path}"]
+    zones = (
+        f"{key}: {length:.2f} wave lengths at {rate:.1f} omega send back about {100 * part:.2g} %, by long-wave theory"
+        for key, length, rate, part, _ in _echoes(scene)
+    )
+    return [*(f"waves: {line}" for line in _figures(scene)), f"waves: {scene.waves.kind}, {path}", *zones]
 
 
 def _motion(scene: Scene) -> Motion:
@@ -95,24 +101,44 @@ def _wave_length(scene: Scene, period: float) -> float:
     return 2 * math.pi / wavenumber(2 * math.pi / period, water_depth(scene), scene.gravity)
 
 
-def _figures(scene: Scene) -> Iterator[str]:
-    """Each train of waves: its length, depth, steepness and resolution."""
+def _trains(scene: Scene) -> list[tuple[str, float, float]]:
+    """What each train of waves is called, its height [m] and its period [s]."""
     waves = scene.waves
     if waves.kind == "regular":
         order = order_of(waves, 2 * math.pi / _wave_length(scene, waves.period), water_depth(scene))
-        trains = [(f"order {order}, ", waves.wave_height, waves.period)]
-    elif waves.kind == "irregular":
-        trains = [("at the peak, ", waves.Hm0, waves.peak_period)]
-    elif waves.kind == "packet":
-        trains = [(f"{group.waves:g} waves, ", group.wave_height, group.period) for group in waves.groups]
-    else:
-        trains = []
-    for name, height, period in trains:
-        length, depth = _wave_length(scene, period), water_depth(scene)
+        return [(f"order {order}", waves.wave_height, waves.period)]
+    if waves.kind == "irregular":
+        return [("at the peak", waves.Hm0, waves.peak_period)]
+    if waves.kind == "packet":
+        return [(f"{group.waves:g} waves", group.wave_height, group.period) for group in waves.groups]
+    return []
+
+
+def _figures(scene: Scene) -> Iterator[str]:
+    """Each train of waves: its length, depth, steepness and resolution."""
+    dr, depth = scene.spacing, water_depth(scene)
+    for name, height, period in _trains(scene):
+        length = _wave_length(scene, period)
         yield (
-            f"{name}height {height:g} m, period {period:g} s, length {length:.3g} m, kd {2 * math.pi * depth / length:.2f}, "
-            f"H/L {height / length:.3f}, {height / scene.spacing:.1f} spacings high, {length / scene.spacing:.0f} long"
+            f"{name}, height {height:g} m, period {period:g} s, length {length:.3g} m, kd {2 * math.pi * depth / length:.2f}, "
+            f"H/L {height / length:.3f}, {height / dr:.1f} spacings high, {length / dr:.0f} long"
         )
+    if scene.waves.kind == "solitary":
+        height = scene.waves.wave_height
+        speed = math.sqrt(scene.gravity * (depth + height))
+        yield f"height {height:g} m, H/d {height / depth:.2f}, speed {speed:.3g} m/s, {height / dr:.1f} spacings high"
+
+
+def _echoes(scene: Scene) -> Iterator[tuple[str, float, float, float, float]]:
+    """Of each damping zone before the x+ wall, for the longest waves: key, length [wave length], rate [omega], reflection,
+    omega [1/s]."""
+    periods = [period for _, _, period in _trains(scene)]
+    for n, zone in enumerate(scene.damping):
+        if not periods or zone.axis != "x" or "x+" not in scene.tank.walls or zone.end != scene.tank.max[0]:
+            continue
+        omega = 2 * math.pi / max(periods)
+        length, rate = (zone.end - zone.start) / _wave_length(scene, max(periods)), zone.rate / omega
+        yield f"damping[{n}]", length, rate, reflection(length, rate), omega
 
 
 def _regular(scene: Scene) -> Iterator[str]:
@@ -179,6 +205,15 @@ def _speed(scene: Scene) -> Iterator[str]:
             f"waves: the piston reaches {fastest:.3g} m/s, {fastest / limit:.2f} of sqrt(g depth); "
             f"from about {FAST} on it throws the water up; use lower waves or deeper water"
         )
+
+
+def _reflecting(scene: Scene) -> Iterator[str]:
+    for key, length, _, part, omega in _echoes(scene):
+        if part > REFLECTING:
+            yield (
+                f"{key}: {length:.2f} wave lengths long, sends back about {100 * part:.0f} % of the wave height; "
+                f"make it about a wave length long with rate = {3 * omega:.2g}"
+            )
 
 
 def _fastest(scene: Scene, motion: Motion) -> float:

@@ -17,6 +17,8 @@ MODULES = {
     "still_shapes": ("still_step", "still_slope", "still_corner", "still_planes_3d"),
     "standing_wave": ("standing_wave",),
     "wavemaker": ("wavemaker_0.5", "wavemaker_1", "wavemaker_2", "wavemaker_3", "wave_decay"),
+    "solitary_wave": ("solitary_wave",),
+    "irregular_sea": ("irregular_sea",),
     "dam_front": ("dam_front",),
     "drop": ("elliptical_drop", "oscillating_drop"),
     "taylor_green": ("taylor_green",),

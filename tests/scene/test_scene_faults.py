@@ -6,6 +6,7 @@ from fsi.errors import SceneError
 from fsi.scene import Scene, Tank
 from fsi.scene_check import scene_warnings
 from fsi.scene_file import load_scene
+from fsi.wave_check import wave_summary
 
 FAULTS = {
     "unknown key": (
@@ -237,6 +238,13 @@ def test_waves_that_would_break_are_warned_of(scene_file):
             "{wave_height = 0.4, period = 2, waves = 1}]",
             ["waves.groups[1].wave_height: 0.4 m is 0.80 of the depth 0.5 m; waves break at about 0.78"],
         ),
+        (
+            "wave_height = 0.1\nperiod = 1.5\n[[damping]]\nstart = 5\nend = 6",
+            [
+                "damping[0]: 0.35 wave lengths long, sends back about 33 % of the wave height; make it about a wave length"
+            ],
+        ),
+        ("wave_height = 0.1\nperiod = 1.5\n[[damping]]\nstart = 3\nend = 6", []),
         ('kind = "table"\nfile = "fast.csv"', ["waves: the piston reaches 3 m/s, 1.35 of sqrt(g depth)"]),
     ],
 )
@@ -246,3 +254,15 @@ def test_every_kind_of_waves_is_looked_at(scene_file, tmp_path, waves, lines):
     assert len(warnings) == len(lines)
     for warning, line in zip(warnings, lines, strict=True):
         assert warning.startswith(line)
+
+
+def test_waves_in_figures(scene_file):
+    added = "[waves]\nwave_height = 0.1\nperiod = 1.5\n[[damping]]\nstart = 3\nend = 6"
+    assert wave_summary(load_scene(scene_file(added))) == [
+        "waves: order 2, height 0.1 m, period 1.5 s, length 2.83 m, kd 1.11, H/L 0.035, 5.0 spacings high, 141 long",
+        "waves: regular, piston from -0.0463 to 0.0463 m, at most 0.108 m/s",
+        "damping[0]: 1.06 wave lengths at 2.4 omega send back about 0.71 %, by long-wave theory",
+    ]
+    assert wave_summary(load_scene(scene_file())) == []
+    solitary = '[waves]\nkind = "solitary"\nwave_height = 0.15'
+    assert "H/d 0.30, speed 2.53 m/s, 7.5 spacings high" in wave_summary(load_scene(scene_file(solitary)))[0]

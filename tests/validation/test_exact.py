@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.validation import dam_front, poiseuille, short_box, taylor_green
+from cases.validation import dam_front, irregular_sea, poiseuille, short_box, solitary_wave, taylor_green
 from cases.validation.drop import FIELD, PERIOD, exact_axes
 from cases.validation.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
 from cases.validation.series import impulse, low_passed, relative_rms
@@ -72,6 +72,29 @@ def test_the_group_speed_is_the_slope_of_the_dispersion_relation():
         return math.sqrt(9.81 * k * math.tanh(0.7 * k))
 
     assert group_speed(2.0, 0.7, 9.81) == pytest.approx((omega(2.001) - omega(1.999)) / 0.002, rel=1e-6)
+
+
+def test_the_crest_of_a_passing_solitary_wave():
+    t = np.linspace(0, 3, 61)
+    time, height = solitary_wave.crest(t, 0.06 / np.cosh(4 * (t - 1.23)) ** 2 + 1e-4 * np.sin(80 * t))
+    assert time == pytest.approx(1.23, abs=2e-3)
+    assert height == pytest.approx(0.06, rel=5e-3)
+
+
+def test_the_linear_record_of_the_sea_has_the_asked_figures():
+    waves, step = irregular_sea.WAVES, irregular_sea.Sea.interval
+    t = irregular_sea.START + np.arange(0, irregular_sea.RECORD, step)
+    height, period = irregular_sea.sea_state(t, irregular_sea.linear_elevation(t, irregular_sea.GAUGE))
+    assert height == pytest.approx(waves.Hm0, rel=0.01)
+    assert period == pytest.approx(waves.peak_period, rel=0.01)
+
+
+def test_the_height_and_the_period_of_a_sine():
+    waves, step = irregular_sea.WAVES, irregular_sea.Sea.interval
+    t = np.arange(0, irregular_sea.RECORD, step)
+    height, period = irregular_sea.sea_state(t, 0.02 * np.cos(2 * math.pi / waves.peak_period * t) + 0.01)
+    assert height == pytest.approx(4 * 0.02 / math.sqrt(2), rel=1e-9)
+    assert period == pytest.approx(waves.peak_period, rel=1e-3)
 
 
 def test_the_drop_keeps_its_area_and_its_energy():

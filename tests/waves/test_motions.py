@@ -10,6 +10,7 @@ from fsi.scene_waves import IrregularWaves, RegularWaves, SolitaryWave, WavePack
 from fsi.waves import RegularPiston, TablePiston, piston, piston_transfer, wavenumber
 from fsi.waves.irregular import spectrum
 from fsi.waves.regular import second_order_stroke
+from fsi.waves.sponge import reflection
 
 DEPTH, G = 0.5, 9.81
 
@@ -168,3 +169,12 @@ def test_a_packet_counts_its_waves():
     assert u[t < 2].max() == pytest.approx(0.5 * strokes[0] * 2 * math.pi, rel=1e-4)
     assert -u[t > 2].min() == pytest.approx(0.5 * strokes[1] * 2 * math.pi / 1.5, rel=1e-4)
     assert motion(99.0) == (pytest.approx(strokes[1]), 0.0, 0.0)  # five half waves leave it one stroke further
+
+
+def test_a_damping_zone_reflects_by_long_wave_theory():
+    """No damping reflects all; a thin stiff zone is a wall. A slow rise to a small rate reflects what passes it twice,
+    exp(-2 integral of r/2 over x) = exp(-2 pi length rate / 3), and next to nothing before."""
+    assert reflection(1.0, 1e-9) == pytest.approx(1.0, abs=1e-6)
+    assert reflection(0.02, 1e4) == pytest.approx(1.0, abs=0.05)
+    assert reflection(3.0, 0.2) == pytest.approx(math.exp(-2 * math.pi * 3.0 * 0.2 / 3), rel=0.01)
+    assert reflection(1.0, 3.0) < 0.03 < reflection(0.5, 3.0)
