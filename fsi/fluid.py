@@ -16,10 +16,12 @@ from fsi.layout import Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import HIGHEST, SOUND, chebyshev, iteration
+from fsi.rheology import Rheology, varies, viscid
 from fsi.rows import gather, pack_boundary, pack_fluid
 from fsi.scene import Scene
 from fsi.scheme import sweep_constants
 from fsi.threads import Team
+from fsi.timestep import TimeStep
 
 
 class Fluid:
@@ -39,6 +41,7 @@ class Fluid:
         self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
         self.pressure_values = layout.pressure.astype(self.dtype)
         self.label = np.arange(len(layout.position), dtype=np.int32)
+        self.liquid = layout.liquid  # of each label; None where there is only one
         self.boundary, self.owner = layout.boundary.copy(), layout.owner.copy()
         self.boundary_velocity = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
@@ -60,15 +63,18 @@ class Fluid:
     def _compose(self) -> None:
         """Compile what this scene needs."""
         L, D, numerics = self.lanes, self.dim, self.scene.numerics
-        laminar = numerics.viscosity == "laminar" and self.scene.fluid.kinematic_viscosity > 0
-        viscosity = numerics.wall_slip if laminar else "none"
+        laminar, implicit = viscid(self.scene), TimeStep(self.scene, self.depth).implicit
+        special = varies(self.scene) or implicit
+        self.rheology = Rheology(self.scene, implicit, L, self.dtype, self.team) if special else None
+        viscosity = numerics.wall_slip if laminar and not special else "none"
         shifted = self.scene.shifting > 0
         self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted)
         self._source = sweeps.make_source(L, D)
         self._sweep = sweeps.make_sweep(L, D)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
-        self._no_slip = viscosity == "no_slip"
+        self._no_slip = laminar and numerics.wall_slip == "no_slip"
+        self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None
         self._viscous = laminar or numerics.artificial_viscosity > 0
         self._weights = boundary.make_weights(L, D, self._no_slip)
         self._extrapolation = boundary.make_extrapolation(L, D)
@@ -95,7 +101,8 @@ class Fluid:
         self._sort = CellSort(self.grid, n, self.team)
         self._xs = np.zeros((dim, rows), np.float32)
         self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
-        self._flow = np.zeros((rows, 8 if dim == 3 else 4), self.dtype) if self._viscous else self._trial
+        width = self.rheology.columns if self.rheology else 8 if dim == 3 else 4
+        self._flow = np.zeros((rows, width), self.dtype) if self._viscous else self._trial
         self._field = np.zeros((rows, 4), self.dtype)
         self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
@@ -184,11 +191,21 @@ class Fluid:
         if self._solids:
             near = self._boundary_near
             self.team.run(self._weights, near.bounds, near.groups, self.count, self._flow, self._shepard, self.k)
-        near = self._near
+        near, rheology = self._near, self.rheology
+        if rheology:
+            kind = np.zeros(self.count, np.int8) if self.liquid is None else self.liquid[self.label]
+            rheology.set_viscosity(near, self._flow, kind, self.k, self.periodic)
         self.team.run(
             self._predictor, near.bounds, near.groups, self._flow, self._trial, self.velocity, self._coefficients,
             self.fall, self.k, self.dtype(self.dt),
         )  # fmt: skip
+        if rheology and rheology.implicit:
+            shore = self._boundary_near if self._solids else None
+            walls = self._shepard, self._sorted_velocity
+            self._flow = rheology.solve(near, shore, self._flow, self.velocity, walls, self.k, self.dt, self.periodic)
+            self._trial[: self.count, self.dim + 1 : 2 * self.dim + 1] = self.velocity
+        elif rheology:
+            rheology.resist(near, self._flow, self._trial, self.velocity, self.k, self.dt)
         self.periodic.mirror(self._trial, slice(self.dim + 1, None))
 
     def driven(self) -> np.ndarray:
@@ -303,8 +320,8 @@ class Fluid:
         if viscous and self._no_slip and self._solids:
             near, least = self._boundary_near, 0 if walls else 1
             self.team.run(
-                boundary.make_drag(self.lanes, self.dim), near.bounds, near.groups, self.count, self._flow,
-                self._sorted_owner[: self._solids], least, self._viscous_force, self.k,
+                self._drag, near.bounds, near.groups, self.count, self._flow, self._sorted_owner[: self._solids], least,
+                self._viscous_force, self.k,
             )  # fmt: skip
             self._add_wrenches(self._viscous_force, wrench, least)
         return wrench

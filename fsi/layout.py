@@ -21,7 +21,8 @@ class Layout:
     """Particles at t = 0 and the box they live in.
 
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
-    domain_min, domain_max (dim,); depth: height of the fluid [m]; notes: what the user should know.
+    liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
+    depth: height of the fluid [m]; notes: what the user should know.
     """
 
     position: np.ndarray
@@ -33,12 +34,14 @@ class Layout:
     domain_max: np.ndarray
     depth: float
     notes: tuple[str, ...]
+    liquid: np.ndarray | None = None
 
 
 def water_depth(scene: Scene) -> float:
     """Largest height of fluid over its own bottom at t = 0 [m]."""
     if scene.fluid.blocks:
-        return max(b.max[-1] for b in scene.fluid.blocks) - min(b.min[-1] for b in scene.fluid.blocks)
+        blocks = [block for liquid in scene.all_liquids for block in liquid.blocks]
+        return max(b.max[-1] for b in blocks) - min(b.min[-1] for b in blocks)
     return scene.fluid.still_water_level - scene.tank.min[-1]
 
 
@@ -52,7 +55,7 @@ def piston_reach(scene: Scene) -> float:
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
     """Raises SceneError where no fluid is left."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
-    position, velocity, pressure = _fluid(scene, [solid for _, solid in solids])
+    position, velocity, pressure, liquid = _fluid(scene, [solid for _, solid in solids])
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
@@ -68,7 +71,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width
     notes = tuple(_off_lattice(scene))
-    return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes)
+    return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes, liquid)
 
 
 def _axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
@@ -84,25 +87,54 @@ def _lattice(axes: list[np.ndarray]) -> np.ndarray:
 
 def _fluid(scene: Scene, solids: list[Solid]):
     """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace."""
-    tank, fluid, spacing = scene.tank, scene.fluid, scene.spacing
-    whole = [(tank.min, (*tank.max[:-1], fluid.still_water_level), None)]
-    blocks = [(b.min, b.max, b.velocity) for b in fluid.blocks] or whole
-    positions, velocities, pressures = [], [], []
-    for number, (low, high, velocity) in enumerate(blocks):
+    tank, spacing = scene.tank, scene.spacing
+    blocks = _blocks(scene)
+    positions, velocities, liquids, tops = [], [], [], []
+    for number, (low, high, velocity, liquid) in enumerate(blocks):
         axes = [_axis(a, b, o, spacing) for a, b, o in zip(low, high, tank.min, strict=True)]
         points = _lattice(axes)
-        for other_low, other_high, _ in blocks[:number]:  # blocks may overlap: the first one holds the particle
+        for other_low, other_high, *_ in blocks[:number]:  # blocks may overlap: the first one holds the particle
             inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
             points = points[~inside]
         for solid in solids:
             points = points[solid.clearance(points) > 0.0]  # so that the volume is right on average
         positions.append(points)
         velocities.append(np.tile(np.zeros(scene.dimension) if velocity is None else velocity, (len(points), 1)))
-        pressures.append(fluid.density * scene.gravity * (high[-1] - points[:, -1]))
-    pressure = np.concatenate(pressures)
-    if fluid.start == "zero":
-        pressure[:] = 0.0
-    return np.concatenate(positions), np.concatenate(velocities), pressure
+        liquids.append(np.full(len(points), liquid, np.int8))
+        tops.append(np.full(len(points), high[-1]))
+    position, liquid = np.concatenate(positions), np.concatenate(liquids)
+    if scene.fluid.start == "zero":
+        pressure = np.zeros(len(position))
+    elif scene.liquids:
+        pressure = scene.gravity * _load(position, blocks, [q.density for q in scene.all_liquids])
+    else:
+        pressure = scene.fluid.density * scene.gravity * (np.concatenate(tops) - position[:, -1])
+    return position, np.concatenate(velocities), pressure, liquid if scene.liquids else None
+
+
+def _blocks(scene: Scene) -> list[tuple]:
+    """(low, high, velocity, number of the liquid) of all blocks; the other liquids' come first and hold their place."""
+    tank, fluid = scene.tank, scene.fluid
+    blocks = [(b.min, b.max, b.velocity, n) for n, q in enumerate(scene.all_liquids) for b in q.blocks if n]
+    whole = [(tank.min, (*tank.max[:-1], fluid.still_water_level), None, 0)]
+    return blocks + ([(b.min, b.max, b.velocity, 0) for b in fluid.blocks] or whole)
+
+
+def _load(points: np.ndarray, blocks: list[tuple], density: list[float]) -> np.ndarray:
+    """Mass per area [kg/m2] of the fluid straight above points (n, dim)."""
+    total = np.zeros(len(points))
+
+    def column(low, high, weight: float) -> None:
+        under = ((points[:, :-1] > np.array(low[:-1])) & (points[:, :-1] < np.array(high[:-1]))).all(1)
+        total[under] += weight * np.maximum(0.0, high[-1] - np.maximum(points[under, -1], low[-1]))
+
+    for n, (low, high, _, liquid) in enumerate(blocks):
+        column(low, high, density[liquid])
+        for other_low, other_high, *_ in blocks[:n]:  # what an earlier block holds of this one
+            shared_low, shared_high = np.maximum(low, other_low), np.minimum(high, other_high)
+            if (shared_low < shared_high).all():
+                column(shared_low, shared_high, -density[liquid])
+    return total
 
 
 def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

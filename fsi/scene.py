@@ -47,16 +47,57 @@ class Block(Box):
     velocity: tuple[Number, ...] | None = None
 
 
-class Fluid(Part):
-    """The liquid and where it is at t = 0. Without blocks, it fills the tank up to `still_water_level`."""
+class Rheology(Part):
+    """Viscosity that falls with the shear rate s (Cross 1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s).
+
+    Give K, or a yield stress tau for a Bingham plastic with K = mu_0 / tau; mu_0 is then how stiff it is below it."""
+
+    mu_inf: NonNegative  # at large shear rates [Pa s]
+    mu_0: Positive | None = None  # at rest [Pa s]; 1000 mu_inf if not given
+    yield_stress: Positive | None = None  # tau [Pa]
+    cross_time: Positive | None = None  # K [s]
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if (self.yield_stress is None) == (self.cross_time is None):
+            raise ValueError("needs either yield_stress or cross_time; give one of the two")
+        if self.rest_viscosity <= self.mu_inf:
+            raise ValueError(f"mu_0 must lie above mu_inf {self.mu_inf:g} Pa s; raise mu_0")
+        return self
+
+    @property
+    def rest_viscosity(self) -> float:
+        """mu_0 [Pa s]."""
+        return 1000 * self.mu_inf if self.mu_0 is None else self.mu_0
+
+    @property
+    def time(self) -> float:
+        """K [s]."""
+        return self.rest_viscosity / self.yield_stress if self.cross_time is None else self.cross_time
+
+
+class Liquid(Part):
+    """A liquid, and the blocks of it at t = 0."""
 
     density: Positive = 1000.0  # [kg/m3]
     kinematic_viscosity: NonNegative = 1e-6  # [m2/s]
+    rheology: Rheology | None = None  # in place of kinematic_viscosity
+    blocks: tuple[Block, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_viscosity(self):
+        if self.rheology and self.kinematic_viscosity != 1e-6:
+            raise ValueError("has a kinematic_viscosity and a rheology; remove one of them")
+        return self
+
+
+class Fluid(Liquid):
+    """The main liquid. Without blocks, it fills the tank up to `still_water_level`, around the blocks of the others."""
+
     still_water_level: Number = 0.0  # [m]
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
     start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
-    blocks: tuple[Block, ...] = ()
 
 
 class Gauge(Part):
@@ -119,6 +160,9 @@ class Numerics(Part):
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
+    viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
+    turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
+    smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
     shifting: NonNegative | None = (
@@ -154,6 +198,7 @@ class Scene(Part):
     gravity: NonNegative = 9.81  # [m/s2]
     tank: Tank
     fluid: Fluid = Fluid()
+    liquids: dict[str, Liquid] = {}  # others beside it, by name; their blocks take its place
     waves: Waves | None = None
     damping: tuple[DampingZone, ...] = ()
     gauges: dict[str, Gauge] = {}
@@ -167,6 +212,11 @@ class Scene(Part):
     def smoothing_length(self) -> float:
         """h [m]; the kernel's support is 2 h."""
         return self.numerics.smoothing_ratio * self.spacing
+
+    @property
+    def all_liquids(self) -> tuple[Liquid, ...]:
+        """The fluid, then the others in their order."""
+        return (self.fluid, *self.liquids.values())
 
     @property
     def closed(self) -> bool:

@@ -34,6 +34,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         laplacian_factor=2 * slope * mass / rho**2,
         gradient_factor=slope * mass / rho**2,
         viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
+        stress_factor=2 * slope * volume / rho / lattice.second_moment,
         artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,

@@ -36,6 +36,7 @@ class Constants(NamedTuple):
     laplacian_factor: float  # 2 C m / rho^2
     gradient_factor: float  # C m / rho^2
     viscous_factor: float  # 2 nu C V over the lattice's second moment
+    stress_factor: float  # 2 C V / rho over the lattice's second moment
     artificial_factor: float  # alpha c h C V
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface

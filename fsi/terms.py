@@ -51,6 +51,12 @@ def viscous(a, u_ij):
 
 
 @register_jitable
+def mean_viscosity(mu_i, mu_j):
+    """Harmonic mean, with which the shear stress is continuous across a jump (Cleary & Monaghan 1999, eq. 30)."""
+    return 2.0 * mu_i * mu_j / (mu_i + mu_j)
+
+
+@register_jitable
 def artificial_viscosity(f, r2, eta2, u_ij, x_ij):
     """Acceleration / (-alpha c h C V) between approaching particles (Monaghan 1992, eq. 4.2, linear part)."""
     return x_ij * (f * minimum(0.0, dot(u_ij, x_ij)) / (r2 + eta2))

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 from fsi.pressure import SOUND, iteration
+from fsi.rheology import explicit_limit, step_limit
 from fsi.scene import Scene
 
 GROWTH = 1.05  # a step is at most so much longer than the one before
@@ -24,17 +25,27 @@ class TimeStep:
     depth: float
     previous: float | None = None
 
+    def __post_init__(self):
+        at_rest = self._others(0.0, self.scene.gravity)
+        least = self.scene.numerics.fixed_time_step or min(at_rest.values())
+        self.viscosity, self.implicit = step_limit(self.scene, least)
+        self.notes = []
+        if self.implicit:
+            ratio = least / explicit_limit(self.scene)
+            self.notes = [f"viscosity: implicit, at steps {ratio:.3g} times as long as an explicit one would take"]
+
     def limits(self, speed: float, acceleration: float) -> dict[str, float]:
         """Each limit [s] by name, for the largest speed [m/s] and acceleration [m/s2] in the fluid and its boundary."""
+        return self._others(speed, acceleration) | {"viscosity": self.viscosity}
+
+    def _others(self, speed: float, acceleration: float) -> dict[str, float]:
         numerics, h = self.scene.numerics, self.scene.smoothing_length
         wave = math.sqrt(self.scene.gravity * self.depth)
-        nu = self.scene.fluid.kinematic_viscosity if numerics.viscosity == "laminar" else 0.0
         over = lambda a, b: a / b if b > 0 else math.inf  # noqa: E731
         return {
             "sound": over(SOUND * h * math.sqrt(iteration(numerics).gain) * numerics.mach, wave),
             "speed": over(numerics.courant * h, speed),
             "acceleration": 0.25 * math.sqrt(over(h, acceleration)),
-            "viscosity": over(0.125 * h * h, nu),
             "max_time_step": numerics.max_time_step or math.inf,
         }
 

@@ -23,6 +23,7 @@ MODULES = {
     "drop": ("elliptical_drop", "oscillating_drop"),
     "taylor_green": ("taylor_green",),
     "poiseuille": ("poiseuille",),
+    "bingham": ("bingham_channel",),
     "tall_column": ("tall_column",),
     "short_box": ("short_box",),
 }

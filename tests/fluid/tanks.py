@@ -16,7 +16,16 @@ def still_tank(dimension=2, spacing=0.02, depth=0.5, length=1.0, **parts) -> Sce
 
 
 def random_fluid(
-    dimension, precision="double", count=12, boundary=False, threads=1, seed=3, gravity=0.0, field=None, **numerics
+    dimension,
+    precision="double",
+    count=12,
+    boundary=False,
+    threads=1,
+    seed=3,
+    gravity=0.0,
+    field=None,
+    liquid=None,
+    **numerics,
 ) -> Fluid:
     """A jittered block with random velocities and pressures after `begin` and `predict`; with `boundary`, the half
     with x > 0 belongs to an owner of its own, the wavemaker."""
@@ -33,7 +42,7 @@ def random_fluid(
             "duration": 1.0,
             "gravity": gravity,
             "tank": {"min": [-2.0] * dimension, "max": [2.0] * dimension, "walls": []},
-            "fluid": {"kinematic_viscosity": 0.1, "acceleration_gradient": field},
+            "fluid": {"acceleration_gradient": field} | (liquid or {"kinematic_viscosity": 0.1}),
             "numerics": {"precision": precision, "mach": 1.0, "density_relaxation": 1e-3} | numerics,
         }
     )

@@ -1,0 +1,135 @@
+"""Viscosity that varies, turbulence and implicit viscosity against exact flows, dense matrices and conservation."""
+
+import numpy as np
+import pytest
+from tanks import pairs, random_fluid
+
+from fsi import kernel, timestep
+from fsi.scene import Scene
+from fsi.simulation import Simulation
+
+PLASTIC = {"mu_inf": 1.0, "mu_0": 1000.0, "yield_stress": 20.0}
+REST = np.zeros((2, 6))
+
+
+def linear_flow(fluid, gradient):
+    """Give the fluid the velocity `gradient` @ x."""
+    fluid.velocity[:] = fluid.position @ np.asarray(gradient).T
+    fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
+    fluid.predict()
+    return fluid
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("boundary", [False, True])
+def test_a_rotating_solid_has_no_strain_and_shear_has_its_own(dim, boundary):
+    """On disordered particles with edges, where uncorrected gradients see strain of the size of the rotation."""
+    fluid = random_fluid(dim, boundary=boundary, turbulence="smagorinsky")
+    spin = np.zeros((dim, dim))
+    spin[0, -1], spin[-1, 0] = 3.0, -3.0
+    linear_flow(fluid, spin)
+    assert fluid.rheology.rate.max() < 1e-9
+    shear = np.zeros((dim, dim))
+    shear[0, -1] = 3.0
+    linear_flow(fluid, shear)
+    assert np.allclose(fluid.rheology.rate, 3.0, rtol=1e-9)
+    eddy = (0.12 * 0.1) ** 2 * 3.0
+    assert np.allclose(fluid.rheology.fields(fluid._flow, fluid.count)["eddy_viscosity"], eddy, rtol=1e-9)
+    assert np.allclose(fluid._flow[: fluid.count, 2 * dim], 1000 * (0.1 + eddy), rtol=1e-9)
+
+
+def test_strain_of_a_pure_straining_flow():
+    fluid = linear_flow(random_fluid(2, turbulence="smagorinsky"), [[2.0, 0.0], [0.0, -2.0]])
+    assert np.allclose(fluid.rheology.rate, 4.0, rtol=1e-9)  # sqrt(2 (2^2 + 2^2))
+
+
+def test_plastic_viscosity_follows_the_shear_rate():
+    fluid = random_fluid(2, liquid={"rheology": PLASTIC})
+    for rate in (0.0, 1e-3, 1.0, 50.0):
+        linear_flow(fluid, [[0.0, rate], [0.0, 0.0]])
+        expected = 1.0 + 999.0 / (1 + 50.0 * rate)
+        assert np.allclose(fluid._flow[: fluid.count, 4], expected, rtol=1e-7)
+    assert expected * rate == pytest.approx(20.0 + rate, rel=0.01)  # the plastic's stress
+
+
+@pytest.mark.parametrize("dim, precision, tolerance", [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5)])
+@pytest.mark.parametrize("how", ["explicit", "implicit"])
+def test_varying_viscosity_keeps_momentum(dim, precision, tolerance, how):
+    """Fluid alone to round-off, explicit or implicit, however far the sweeps are from the solution."""
+    fluid = random_fluid(dim, precision, liquid={"rheology": PLASTIC}, viscous_step=how)
+    before = fluid.velocity.sum(0)
+    fluid.predict()
+    size = np.abs(fluid.velocity).sum()
+    assert np.abs(fluid.velocity.sum(0) - before).max() <= tolerance * size
+    assert np.ptp(fluid._flow[: fluid.count, 2 * dim]) > 1.0
+
+
+@pytest.mark.parametrize("dim, precision, tolerance", [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5)])
+def test_fluid_and_wall_exchange_opposite_viscous_impulses(dim, precision, tolerance):
+    fluid = random_fluid(dim, precision, boundary=True, turbulence="smagorinsky")
+    axes = [0, 2] if dim == 2 else [0, 1, 2]
+    before = fluid.velocity.sum(0)
+    fluid.predict()
+    fluid.pressure(REST)
+    drag = (fluid.wrench(viscous=True) - fluid.wrench())[1, axes]
+    change = float(fluid.k.mass) * (fluid.velocity.sum(0) - before)
+    assert np.abs(change + fluid.dt * drag).max() <= tolerance * np.abs(drag).max() * fluid.dt + 1e-12
+
+
+@pytest.mark.parametrize("boundary", [False, True])
+def test_implicit_viscosity_solves_its_equation(boundary):
+    """Against a dense matrix; with walls, whose mirrored velocities depend on the fluid's, also as a matrix."""
+    fluid = random_fluid(2, boundary=boundary, viscous_step="implicit", artificial_viscosity=0.0)
+    fluid.begin(0.05, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
+    start = fluid.velocity.copy()
+    fluid.predict()
+    _, r2, F, W = pairs(fluid)
+    n, h = fluid.count, fluid.scene.smoothing_length
+    a = F * r2 / (r2 + (0.1 * h) ** 2) * 2 * 0.1 * 0.1**2 / kernel.lattice(0.1, h, 2).second_moment
+    A = a[:, :n] - np.diag(a.sum(1))
+    right = start
+    if boundary:
+        shepard = W[:, n:] / np.maximum(W[:, n:].sum(0), 1e-300)
+        A = A - a[:, n:] @ shepard.T
+        right = start + 0.05 * 2 * a[:, n:] @ fluid._sorted_velocity[: fluid._solids]
+    exact = np.linalg.solve(np.eye(n) - 0.05 * A, right)
+    stiffness = 0.05 * np.abs(A).sum(1).max()
+    assert stiffness > 10
+    assert np.abs(fluid.velocity - exact).max() < 1e-3 * np.abs(right - exact).max()
+
+
+def poiseuille(step: float | None, duration=1.0, **numerics) -> Simulation:
+    """Flow between plates 1 mm apart, 10 spacings across; the largest speed is 1.25e-5 m/s."""
+    gap = 1e-3
+    return Simulation(
+        Scene.model_validate(
+            {
+                "spacing": gap / 10,
+                "duration": duration,
+                "gravity": 0.0,
+                "tank": {"min": [0, 0], "max": [1.4 * gap, gap], "walls": ["z-", "z+"], "periodic": ["x"]},
+                "fluid": {"still_water_level": gap, "start": "zero", "acceleration": [1e-4, 0.0]},
+                "numerics": {"max_time_step": step} | numerics,
+            }
+        )
+    )
+
+
+def test_steps_far_beyond_the_explicit_limit_settle_to_the_exact_profile():
+    """A hundred times as long as explicit viscosity takes them."""
+    h = 1.5e-4
+    sim = poiseuille(step=100 * 0.125 * h * h / 1e-6, duration=3.0)
+    assert sim.fluid.rheology.implicit and any("implicit" in note for note in sim.warnings)
+    sim.run()
+    z = sim.fluid.position[:, 1]
+    exact = 50.0 * z * (1e-3 - z)
+    assert np.abs(sim.fluid.velocity[:, 0] - exact).max() < 0.02 * 1.25e-5
+    assert sim.step_count < 20
+
+
+def test_viscosity_is_implicit_only_where_that_pays():
+    h = 1.5e-4
+    for step, implicit in ((0.5 * 0.125 * h * h / 1e-6, False), (None, False), (10 * 0.125 * h * h / 1e-6, True)):
+        sim = poiseuille(step)
+        assert timestep.TimeStep(sim.scene, 1.0).implicit == implicit
+        assert (sim.fluid.rheology is not None) == implicit
