@@ -17,13 +17,15 @@ from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, component, dot, other, other_vector, own, own_vector, store, zero_vector
 from fsi.terms import closeness, kernel, laplacian_weight, mean_viscosity, slope, viscous
 
-WELL_PLACED = 0.02  # least determinant of the moments with which a velocity gradient is corrected; 1 on a lattice
+WELL_SPREAD = (
+    0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
+)
 
 
 @register_jitable
 def shear_rate(G, M):
     """sqrt(2 S : S) of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles &
-    Libersky 1996); of G itself where M is nearly singular. 2 x 2 or 3 x 3."""
+    Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
     dim = G.shape[0]
     inverse = np.zeros((dim, dim))
     if dim == 2:
@@ -36,7 +38,10 @@ def shear_rate(G, M):
                 p, q, r, s = (b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3
                 inverse[a, b] = M[p, r] * M[q, s] - M[p, s] * M[q, r]
         det = M[0, 0] * inverse[0, 0] + M[0, 1] * inverse[1, 0] + M[0, 2] * inverse[2, 0]
-    if det > WELL_PLACED:
+    even = 0.0
+    for a in range(dim):
+        even += M[a, a] / dim
+    if det > WELL_SPREAD * even**dim:
         gradient = np.zeros((dim, dim))
         for a in range(dim):
             for b in range(dim):

@@ -80,7 +80,8 @@ def test_fluid_and_wall_exchange_opposite_viscous_impulses(dim, precision, toler
 def test_implicit_viscosity_solves_its_equation(boundary):
     """Against a dense matrix; with walls, whose mirrored velocities depend on the fluid's, also as a matrix."""
     fluid = random_fluid(2, boundary=boundary, viscous_step="implicit", artificial_viscosity=0.0)
-    fluid.begin(0.05, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
+    dt = 0.5
+    fluid.begin(dt, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
     start = fluid.velocity.copy()
     fluid.predict()
     _, r2, F, W = pairs(fluid)
@@ -91,9 +92,9 @@ def test_implicit_viscosity_solves_its_equation(boundary):
     if boundary:
         shepard = W[:, n:] / np.maximum(W[:, n:].sum(0), 1e-300)
         A = A - a[:, n:] @ shepard.T
-        right = start + 0.05 * 2 * a[:, n:] @ fluid._sorted_velocity[: fluid._solids]
-    exact = np.linalg.solve(np.eye(n) - 0.05 * A, right)
-    stiffness = 0.05 * np.abs(A).sum(1).max()
+        right = start + dt * 2 * a[:, n:] @ fluid._sorted_velocity[: fluid._solids]
+    exact = np.linalg.solve(np.eye(n) - dt * A, right)
+    stiffness = dt * np.abs(A).sum(1).max()
     assert stiffness > 10
     assert np.abs(fluid.velocity - exact).max() < 1e-3 * np.abs(right - exact).max()
 
@@ -123,7 +124,7 @@ def test_steps_far_beyond_the_explicit_limit_settle_to_the_exact_profile():
     sim.run()
     z = sim.fluid.position[:, 1]
     exact = 50.0 * z * (1e-3 - z)
-    assert np.abs(sim.fluid.velocity[:, 0] - exact).max() < 0.02 * 1.25e-5
+    assert np.abs(sim.fluid.velocity[:, 0] - exact).max() < 0.03 * 1.25e-5
     assert sim.step_count < 20
 
 
