@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from bodies import checks
+from bodies import checks, pto, sensors
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.shapes import Placed
@@ -38,7 +38,6 @@ class BodySet:
         self._spacing, self._layers = scene.spacing, scene.layers
         self.model, notes = load_model(scene.bodies, scene.gravity, source)
         self.data = mujoco.MjData(self.model)
-        self._stepper = Stepper(self.model, self.data, scene.coupler.tolerance)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
         self._bodies = np.array(
@@ -51,6 +50,10 @@ class BodySet:
         self.joint_names = tuple(name_of(model, JOINT, j) for j in self._joints)
         self.joint_is_rotary = tuple(bool(model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE) for j in self._joints)
         self.joint_dof = model.jnt_dofadr[self._joints].astype(int)  # (joints,) index into joint accelerations (nv,)
+        joints = dict(zip(self.joint_names, self._joints, strict=True))
+        self._ptos = pto.by_joint(model, scene.bodies, joints, source)
+        self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance)
+        self.sensor_names = sensors.names(model)
         self._solids = self._make_solids(geoms)
         labels = [name_of(model, GEOM, g) for g in geoms]
         grain = (scene.spacing, scene.layers)
@@ -106,12 +109,13 @@ class BodySet:
     def joints(self) -> dict[str, np.ndarray]:
         """Series of the hinge and slide joints, each (joints,), in rad and N m or m and N.
 
-        `joint_force` is what spring, damper and actuators exert along the joint; limits, friction and fluid are not in.
-        `pto_power` [W] is what damper and actuators take out of the motion.
+        `joint_force` is what spring, damper, actuators and power take-off exert along the joint; limits, the file's
+        own friction and the fluid are not in. `pto_power` [W] is what damper, actuators and power take-off take out of the
+        motion; a power take-off's spring counts, which gives back what it takes.
         """
         data, dof = self.data, self.joint_dof
         velocity = data.qvel[dof]
-        drive = data.qfrc_actuator[dof]
+        drive = data.qfrc_actuator[dof] + self._ptos.force[dof]
         return {
             "joint_position": data.qpos[self.model.jnt_qposadr[self._joints]],
             "joint_velocity": velocity,
@@ -125,15 +129,20 @@ class BodySet:
         Returns the mean joint acceleration (nv,), change of `qvel` over dt; see `bodies.stepper`."""
         return self._stepper.advance(dt, self._bodies, wrench, added_inertia, acceleration)
 
+    def sensors(self, wrench: np.ndarray) -> dict[str, np.ndarray]:
+        """`sensor` (sensors,), readings of the MJCF file's sensors under the fluid's wrench (b, 6), hinge reactions among
+        them; empty for a file without any."""
+        return {"sensor": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
+
     def save(self) -> np.ndarray:
-        """MuJoCo's whole integration state, for `restore`; bit for bit."""
-        state = np.empty(mujoco.mj_stateSize(self.model, STATE))
-        mujoco.mj_getState(self.model, self.data, state, STATE)
-        return state
+        """MuJoCo's whole integration state and what power take-offs remember, for `restore`; bit for bit."""
+        return np.concatenate([self._stepper.save(), self._ptos.state])
 
     def restore(self, state: np.ndarray) -> None:
         """Go back to a saved state."""
-        mujoco.mj_setState(self.model, self.data, state, STATE)
+        size = mujoco.mj_stateSize(self.model, STATE)
+        mujoco.mj_setState(self.model, self.data, state[:size], STATE)
+        self._ptos.state = state[size:]
         self._stepper.refresh()
 
     def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:

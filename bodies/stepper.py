@@ -11,15 +11,15 @@ iterated: without contact or limit the map is affine and one Newton correction i
 
 from __future__ import annotations
 
-import math
-
 import mujoco
 import numpy as np
 
+from bodies.penetration import Penetration
+from bodies.pto import PowerTakeOffs
+from bodies.stiff import StiffForces
 from fsi.errors import RunError
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-STIFF = 0.25  # dt sqrt(k / M) above which a joint spring is taken implicitly
 LEAST = 0.5  # share of the own inertia that a measured added inertia may take away: less than that is noise
 PASSES = 12  # at most, for the off-diagonal added inertia of one substep
 
@@ -27,16 +27,16 @@ PASSES = 12  # at most, for the off-diagonal added inertia of one substep
 class Stepper:
     """Advances one MuJoCo model; `notes` says what was decided, `unsettled` counts substeps that did not converge."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, tolerance: float = 1e-6):
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, ptos: PowerTakeOffs, tolerance: float = 1e-6):
         self.model, self.data, self.tolerance = model, data, tolerance
         self.notes: dict[str, str] = {}
         self.unsettled = 0
+        self.ptos = ptos
+        self._stiff = StiffForces(model, ptos, self.notes)
+        self._penetration = Penetration(model, self.notes)
         self._scratch = mujoco.MjData(model)
         self._time_step = model.opt.timestep
         self._armature = model.dof_armature.copy()
-        self._damping = model.dof_damping.copy()
-        self._stiffness = model.jnt_stiffness[model.dof_jntid] if model.nv else np.zeros(0)
-        self._inertia = model.dof_M0.copy()
         self._weight = np.linalg.norm(model.opt.gravity) ** 2 * model.body_mass.sum()
         self.refresh()
 
@@ -46,23 +46,29 @@ class Stepper:
 
         Raises RunError where a force is not finite or an acceleration beyond what MuJoCo takes for stable.
         """
-        data = self.data
+        data, model = self.data, self.model
         if not (np.isfinite(wrench).all() and np.isfinite(added).all()):
             raise RunError("unstable: the force of the fluid on the bodies is not finite")
-        added = bounded(added, self.inertia())
-        substeps = max(1, math.ceil(dt / self._time_step - 1e-9))
-        if substeps > 1:
-            text = f"MuJoCo substeps of at most {self._time_step:g} s, the time step of the MJCF file"
-            self.notes.setdefault("substeps", text)
+        own = self.inertia()
+        added = bounded(added, own)
         before = data.qvel.copy()
         data.xfrc_applied[bodies] = wrench
-        self._load(np.diag(added), dt / substeps)
+        self._carry(np.diag(added))
+        substeps = self._stiff.substeps(dt, data)
+        model.opt.timestep = dt / substeps
         for _ in range(substeps):
-            self._substep(added, a0)
+            armature, force = self._stiff.implicit(dt / substeps, data, np.diag(own + added))
+            self._carry(np.diag(added) + armature)
+            self._substep(added, a0, force)
         data.xfrc_applied[bodies] = 0.0
         data.qfrc_applied[:] = 0.0
-        self._unload()
+        if self.ptos.any:
+            self.ptos.note(data, self._stiff.holding)
+        self._stiff.restore()
+        model.opt.timestep = self._time_step
+        self._carry(np.zeros(model.nv))
         self.refresh()
+        self._penetration.watch(data)
         acceleration = (data.qvel - before) / dt
         if not (np.abs(acceleration) < mujoco.mjMAXVAL).all():
             raise RunError("unstable: the bodies accelerate without bound; try a smaller numerics.courant")
@@ -80,39 +86,39 @@ class Stepper:
         mujoco.mj_fwdVelocity(self.model, self.data)
         mujoco.mj_fwdActuation(self.model, self.data)
 
-    def _load(self, diagonal: np.ndarray, dt: float) -> None:
-        """Put added inertia and implicit springs into the model. `mj_setConst` is needed for armature to count on
-        simple joints, and keeps limits and contacts as hard as they are without it."""
-        model = self.model
-        model.opt.timestep = dt
-        model.dof_armature[:] = self._armature + diagonal
-        stiff = dt * np.sqrt(self._stiffness / (self._inertia + diagonal)) > STIFF
-        model.dof_damping[:] = self._damping + np.where(stiff, dt * self._stiffness, 0.0)
-        for joint in np.unique(model.dof_jntid[stiff]):
-            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
-            self.notes.setdefault(
-                f"spring {joint}", f"joint {name!r}: spring too stiff for the time step, taken implicitly"
-            )
-        mujoco.mj_setConst(model, self._scratch)
+    def sense(self, bodies: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        """Readings of the model's sensors where everything stands now, under the wrench (b, 6) on `bodies`. Force and
+        torque sensors see it, since MuJoCo counts `xfrc_applied` among the external forces."""
+        trial = self._scratch
+        mujoco.mj_setState(self.model, trial, self.save(), STATE)
+        trial.xfrc_applied[bodies] = wrench
+        trial.qfrc_applied[:] = self.ptos.driving
+        mujoco.mj_forward(self.model, trial)
+        return trial.sensordata.copy()
 
-    def _unload(self) -> None:
-        model = self.model
-        model.opt.timestep = self._time_step
-        model.dof_armature[:] = self._armature
-        model.dof_damping[:] = self._damping
-        mujoco.mj_setConst(model, self._scratch)
+    def save(self) -> np.ndarray:
+        """MuJoCo's integration state."""
+        state = np.empty(mujoco.mj_stateSize(self.model, STATE))
+        mujoco.mj_getState(self.model, self.data, state, STATE)
+        return state
 
-    def _substep(self, added: np.ndarray, a0: np.ndarray) -> None:
-        """One MuJoCo step with the off-diagonal added inertia settled."""
+    def _carry(self, inertia: np.ndarray) -> None:
+        """Add inertia (nv,) to the joints. `mj_setConst` is needed for armature to count on simple joints, and keeps limits
+        and contacts as hard as they are without it."""
+        if not np.array_equal(self.model.dof_armature, self._armature + inertia):
+            self.model.dof_armature[:] = self._armature + inertia
+            mujoco.mj_setConst(self.model, self._scratch)
+
+    def _substep(self, added: np.ndarray, a0: np.ndarray, force: np.ndarray) -> None:
+        """One MuJoCo step under a joint force (nv,) with the off-diagonal added inertia settled."""
         model, data = self.model, self.data
         coupling = added - np.diag(np.diag(added))
-        load = added @ a0
+        load = added @ a0 + force
         if not coupling.any():
             data.qfrc_applied[:] = load
             mujoco.mj_step(model, data)
             return
-        start = np.empty(mujoco.mj_stateSize(model, STATE))
-        mujoco.mj_getState(model, data, start, STATE)
+        start = self.save()
         guess = a0.copy()
         residual, inertia = self._trial(start, load - coupling @ guess, guess)
         implicit = inertia + model.opt.timestep * np.diag(model.dof_damping)

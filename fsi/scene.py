@@ -113,11 +113,76 @@ class Probe(Part):
     position: Point
 
 
+class LinearPto(Part):
+    """Power take-off: spring and damper along a joint."""
+
+    kind: Literal["linear"] = "linear"
+    damping: NonNegative = 0.0  # [N s/m], of a hinge [N m s/rad]
+    stiffness: Number = 0.0  # [N/m], of a hinge [N m/rad]; below zero for a reactive control
+    rest: Number = 0.0  # joint position without spring force [m, rad]
+
+
+class LatchingPto(LinearPto):
+    """Spring and damper that hold the joint for a while whenever it comes to rest."""
+
+    kind: Literal["latching"]
+    hold: Positive  # [s]
+    least_speed: Positive = 1e-3  # that a swing must have reached for its end to be held [m/s, rad/s]
+
+
+class CoulombPto(Part):
+    """Power take-off of constant force against the motion; it holds the joint as long as less than that drives it."""
+
+    kind: Literal["coulomb"]
+    force: Positive  # [N], of a hinge [N m]
+
+
+class TablePto(Part):
+    """Power take-off of a force that depends on velocity, from a table: columns velocity [m/s, rad/s] and force on the
+    joint [N, N m], commas, a header line; beyond its ends the outermost slopes go on."""
+
+    kind: Literal["table"]
+    file: FilePath
+
+
+class PythonPto(Part):
+    """Power take-off of a user's own: `FILE.py:NAME` is a function of time, joint position and velocity that returns the
+    force on the joint. It is called several times a step, and must give the same answer each time."""
+
+    kind: Literal["python"]
+    function: FilePath
+
+
+def _pto_kind(pto) -> str | None:
+    return pto.get("kind", "linear") if isinstance(pto, dict) else getattr(pto, "kind", None)
+
+
+Pto = Annotated[
+    Annotated[LinearPto, Tag("linear")]
+    | Annotated[LatchingPto, Tag("latching")]
+    | Annotated[CoulombPto, Tag("coulomb")]
+    | Annotated[TablePto, Tag("table")]
+    | Annotated[PythonPto, Tag("python")],
+    Discriminator(_pto_kind),
+]
+
+
+def _pto_count(pto) -> str:
+    tables = isinstance(pto, dict) and all(isinstance(value, dict | Part) for value in pto.values())
+    return "by joint" if tables else "one"
+
+
+Ptos = Annotated[
+    Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)
+]
+
+
 class BodyFile(Part):
     """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
 
     mjcf: FilePath
     position: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)  # of the file's world origin in the tank [m]
+    pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 
 class Oscillation(Part):
