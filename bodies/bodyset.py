@@ -9,7 +9,7 @@ from bodies import checks, pto, sensors
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.shapes import Placed
-from bodies.stepper import STATE, Stepper
+from bodies.stepper import Stepper
 from fsi.errors import SceneError
 from fsi.protocols import BodyMotion, Visual
 from fsi.scene import Scene, Tank
@@ -65,7 +65,7 @@ class BodySet:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was decided for the user, up to now."""
-        return self._notes + tuple(self._stepper.notes.values())
+        return self._notes + tuple(self._stepper.notes.values()) + self._stepper.penetration.notes
 
     @property
     def unsettled(self) -> int:
@@ -135,15 +135,12 @@ class BodySet:
         return {"sensor": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
 
     def save(self) -> np.ndarray:
-        """MuJoCo's whole integration state and what power take-offs remember, for `restore`; bit for bit."""
-        return np.concatenate([self._stepper.save(), self._ptos.state])
+        """The whole state, for `restore`; bit for bit."""
+        return self._stepper.save()
 
     def restore(self, state: np.ndarray) -> None:
         """Go back to a saved state."""
-        size = mujoco.mj_stateSize(self.model, STATE)
-        mujoco.mj_setState(self.model, self.data, state[:size], STATE)
-        self._ptos.state = state[size:]
-        self._stepper.refresh()
+        self._stepper.restore(state)
 
     def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:
         """Set the named hinge and slide joints [rad, m and 1/s of it]; the rest stays as it is."""

@@ -9,30 +9,37 @@ JOINT, GEOM = mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_GEOM
 
 
 class Penetration:
-    """The largest excess over joint ranges and the deepest contact of a run, kept up to date in `notes`."""
+    """The largest excess over each joint's range [m, rad] and the deepest contact [m] of a run.
 
-    def __init__(self, model: mujoco.MjModel, notes: dict[str, str]):
-        self._model, self._notes = model, notes
+    `state` (limited joints + 3,): the excesses, then the depth of the contact and its two geoms.
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        self._model = model
         single = np.isin(model.jnt_type, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE))
         self._joints = np.flatnonzero(model.jnt_limited.astype(bool) & single)
         self._address = model.jnt_qposadr[self._joints]
         self._low, self._high = model.jnt_range[self._joints].T
-        self.limits = np.zeros(len(self._joints))  # [m, rad]
-        self.contact = 0.0  # [m]
+        self.state = np.zeros(len(self._joints) + 3)
 
     def watch(self, data: mujoco.MjData) -> None:
         """Look at where everything stands."""
         if self._joints.size:
-            x = data.qpos[self._address]
-            beyond = np.maximum(self._low - x, x - self._high)
-            for j in np.flatnonzero(beyond > self.limits):
-                self.limits[j] = beyond[j]
-                name = mujoco.mj_id2name(self._model, JOINT, int(self._joints[j]))
-                hinge = self._model.jnt_type[self._joints[j]] == mujoco.mjtJoint.mjJNT_HINGE
-                unit = "rad" if hinge else "m"
-                self._notes[f"limit {j}"] = f"joint {name!r} went up to {beyond[j]:.2g} {unit} beyond its range"
-        if data.ncon and (depth := -float(data.contact.dist.min())) > self.contact:
-            self.contact = depth
-            pair = data.contact.geom[data.contact.dist.argmin()]
-            first, second = (mujoco.mj_id2name(self._model, GEOM, int(g)) for g in pair)
-            self._notes["contact"] = f"geoms {first!r} and {second!r} went up to {depth:.2g} m into each other"
+            x, limits = data.qpos[self._address], self.state[:-3]
+            np.maximum(limits, np.maximum(self._low - x, x - self._high), out=limits)
+        if data.ncon and (depth := -float(data.contact.dist.min())) > self.state[-3]:
+            self.state[-3:] = depth, *data.contact.geom[data.contact.dist.argmin()]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        lines = []
+        for joint, beyond in zip(self._joints, self.state[:-3], strict=True):
+            if beyond > 0:
+                name = mujoco.mj_id2name(self._model, JOINT, int(joint))
+                unit = "rad" if self._model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else "m"
+                lines.append(f"joint {name!r} went up to {beyond:.2g} {unit} beyond its range")
+        depth, *pair = self.state[-3:]
+        if depth > 0:
+            first, second = (mujoco.mj_id2name(self._model, GEOM, int(geom)) for geom in pair)
+            lines.append(f"geoms {first!r} and {second!r} went up to {depth:.2g} m into each other")
+        return tuple(lines)

@@ -225,7 +225,7 @@ def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
 def _function(place: Path, key: str, source: object) -> Callable[[float, float, float], float]:
     """The function that `FILE.py:NAME` names."""
     path, _, name = str(place).rpartition(":")
-    fix = "write function = \"FILE.py:NAME\", the file relative to the scene's"
+    fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
     if not path or not Path(path).is_file():
         raise SceneError(f"no file {path or name!r}", key=f"{key}.function", file=source, fix=fix)
     spec = spec_from_file_location(f"pto_{Path(path).stem}", path)

@@ -33,7 +33,7 @@ class Stepper:
         self.unsettled = 0
         self.ptos = ptos
         self._stiff = StiffForces(model, ptos, self.notes)
-        self._penetration = Penetration(model, self.notes)
+        self.penetration = Penetration(model)
         self._scratch = mujoco.MjData(model)
         self._time_step = model.opt.timestep
         self._armature = model.dof_armature.copy()
@@ -68,7 +68,7 @@ class Stepper:
         model.opt.timestep = self._time_step
         self._carry(np.zeros(model.nv))
         self.refresh()
-        self._penetration.watch(data)
+        self.penetration.watch(data)
         acceleration = (data.qvel - before) / dt
         if not (np.abs(acceleration) < mujoco.mjMAXVAL).all():
             raise RunError("unstable: the bodies accelerate without bound; try a smaller numerics.courant")
@@ -90,14 +90,25 @@ class Stepper:
         """Readings of the model's sensors where everything stands now, under the wrench (b, 6) on `bodies`. Force and
         torque sensors see it, since MuJoCo counts `xfrc_applied` among the external forces."""
         trial = self._scratch
-        mujoco.mj_setState(self.model, trial, self.save(), STATE)
+        mujoco.mj_setState(self.model, trial, self._state(), STATE)
         trial.xfrc_applied[bodies] = wrench
         trial.qfrc_applied[:] = self.ptos.driving
         mujoco.mj_forward(self.model, trial)
         return trial.sensordata.copy()
 
     def save(self) -> np.ndarray:
-        """MuJoCo's integration state."""
+        """MuJoCo's integration state, what power take-offs remember, and the penetration so far."""
+        return np.concatenate([self._state(), self.ptos.state, self.penetration.state])
+
+    def restore(self, state: np.ndarray) -> None:
+        """Go back to a saved state."""
+        size, memory = mujoco.mj_stateSize(self.model, STATE), self.ptos.state.size
+        mujoco.mj_setState(self.model, self.data, state[:size], STATE)
+        self.ptos.state = state[size : size + memory]
+        self.penetration.state = state[size + memory :]
+        self.refresh()
+
+    def _state(self) -> np.ndarray:
         state = np.empty(mujoco.mj_stateSize(self.model, STATE))
         mujoco.mj_getState(self.model, self.data, state, STATE)
         return state
@@ -118,7 +129,7 @@ class Stepper:
             data.qfrc_applied[:] = load
             mujoco.mj_step(model, data)
             return
-        start = self.save()
+        start = self._state()
         guess = a0.copy()
         residual, inertia = self._trial(start, load - coupling @ guess, guess)
         implicit = inertia + model.opt.timestep * np.diag(model.dof_damping)

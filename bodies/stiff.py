@@ -125,8 +125,9 @@ def _fastest_constraint(model: mujoco.MjModel) -> tuple[float, str]:
     found = [(math.inf, "")]
     for j in np.flatnonzero(model.jnt_limited):
         found.append((_time_constant(model.jnt_solref[j]), f"the limit of joint {_name(model, JOINT, j)}"))
-    for g in np.flatnonzero(model.geom_contype | model.geom_conaffinity):
-        if model.nbody > 1:
+    solid = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
+    if len(set(model.body_weldid[model.geom_bodyid[solid]])) > 1:
+        for g in solid:
             label = f"the contact of geom {_name(model, mujoco.mjtObj.mjOBJ_GEOM, g)}"
             found.append((_time_constant(model.geom_solref[g]), label))
     for e in range(model.neq):

@@ -132,6 +132,7 @@ class Books:
             "body_force": self.wrench[FIRST_BODY:, :3],
             "body_torque": self.wrench[FIRST_BODY:, 3:],
             **self.bodies.joints(),
+            **self.bodies.sensors(self.wrench[FIRST_BODY:]),
         }
 
 

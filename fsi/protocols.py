@@ -54,6 +54,7 @@ class BodySet(Protocol):
     joint_names: tuple[str, ...]  # hinge and slide joints, in the order of the joint series
     joint_is_rotary: tuple[bool, ...]  # True where the joint is a hinge (rad, N m), False for a slide (m, N)
     joint_dof: np.ndarray  # (joints,) index of each of these joints in qvel and in joint accelerations (nv,)
+    sensor_names: tuple[str, ...]  # one for each number that the sensors of the body files read
     mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
     dimension: int  # in two dimensions the fluid acts on x, z and pitch alone
     notes: tuple[str, ...]  # what was decided for the user so far: substeps, implicit springs, thin plates
@@ -71,6 +72,9 @@ class BodySet(Protocol):
 
     def joints(self) -> dict[str, np.ndarray]:
         """`joint_position`, `joint_velocity`, `joint_force`, `pto_power`, each (joints,), as in the run folder."""
+
+    def sensors(self, wrench: np.ndarray) -> dict[str, np.ndarray]:
+        """`sensor` (sensors,), the readings under the fluid's wrench (b, 6); empty where there are none."""
 
     def advance(self, dt: float, wrench: np.ndarray, added_inertia: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Step the bodies by dt under the fluid's wrench (b, 6) [N, N m], which holds at joint acceleration

@@ -172,9 +172,7 @@ def _pto_count(pto) -> str:
     return "by joint" if tables else "one"
 
 
-Ptos = Annotated[
-    Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)
-]
+Ptos = Annotated[Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)]
 
 
 class BodyFile(Part):

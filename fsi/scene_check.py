@@ -149,6 +149,8 @@ def _coupler(scene: Scene) -> Iterator[Fault]:
         yield "coupler.motion", "scheme 'prescribed' needs a motion", "add [coupler.motion.JOINT] with amplitude, omega"
     if scheme != "prescribed" and motion:
         yield "coupler.scheme", f"coupler.motion is of no use to {scheme!r}", "set scheme = 'prescribed'"
+    if scheme == "prescribed" and (driven := next((name for name, body in scene.bodies.items() if body.pto), None)):
+        yield f"bodies.{driven}.pto", "has no effect on prescribed motion", "remove it, or use scheme = 'added_mass'"
     if motion and not scene.bodies:
         yield "coupler.motion", "there are no bodies to move", "add [bodies.NAME] with mjcf"
 

@@ -29,8 +29,11 @@ SERIES = {
     "body_torque": Series(("body", "axis"), "N m", "torque of the fluid about the centre of mass, world frame"),
     "joint_position": Series(("joint",), "m", "joint position", "rad"),
     "joint_velocity": Series(("joint",), "m/s", "joint velocity", "rad/s"),
-    "joint_force": Series(("joint",), "N", "force or torque of spring, damper and actuators on the joint", "N m"),
-    "pto_power": Series(("joint",), "W", "power that damper and actuators absorb"),
+    "joint_force": Series(
+        ("joint",), "N", "force or torque of spring, damper, actuators and power take-off on the joint", "N m"
+    ),
+    "pto_power": Series(("joint",), "W", "power that damper, actuators and power take-off absorb"),
+    "sensor": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
     "elevation": Series(("gauge",), "m", "free surface above still water"),
     "pressure": Series(("probe",), "Pa", "pressure"),
     "kinetic_energy": Series((), "J", "kinetic energy of the fluid"),
@@ -68,6 +71,7 @@ def labels(scene: Scene, bodies: BodySet | None) -> dict[str, list[str]]:
         "wxyz": ["w", "x", "y", "z"],
         "body": list(bodies.names) if bodies else [],
         "joint": list(bodies.joint_names) if bodies else [],
+        "sensor": list(bodies.sensor_names) if bodies else [],
         "gauge": list(scene.gauges),
         "probe": list(scene.probes),
     }
