@@ -8,6 +8,7 @@ import numpy as np
 from bodies import checks, pto, sensors
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.reach import Reach
 from bodies.shapes import Placed
 from bodies.stepper import Stepper
 from fsi.errors import SceneError
@@ -43,6 +44,7 @@ class BodySet:
         self._bodies = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )
+        checks.check_driven(model, geoms, source)
         self.names = tuple(name_of(model, BODY, b) for b in self._bodies)
         self.mass = model.body_mass[self._bodies].copy()
         checks.check_mass(self.names, self.mass, source)
@@ -58,6 +60,9 @@ class BodySet:
         labels = [name_of(model, GEOM, g) for g in geoms]
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
+        checks.check_contacts(model, self.data, scene.spacing, source)
+        self._reach = Reach(model, [g for g in geoms if moves(model, model.geom_bodyid[g])], scene)
+        notes += self._reach.ranges()
         if self.dimension == 2:
             notes += self._check_width(geoms, scene.tank.width)
         self._notes = tuple(notes)
@@ -65,7 +70,7 @@ class BodySet:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was decided for the user, up to now."""
-        return self._notes + tuple(self._stepper.notes.values()) + self._stepper.penetration.notes
+        return self._notes + tuple(self._stepper.notes.values()) + self._stepper.penetration.notes + self._reach.notes
 
     @property
     def unsettled(self) -> int:
@@ -127,7 +132,9 @@ class BodySet:
         """Step the bodies by dt [s] under the wrench (b, 6) about their centres of mass, which holds at the joint
         acceleration `acceleration` (nv,) and falls by `added_inertia` (nv, nv) for each unit above it.
         Returns the mean joint acceleration (nv,), change of `qvel` over dt; see `bodies.stepper`."""
-        return self._stepper.advance(dt, self._bodies, wrench, added_inertia, acceleration)
+        acceleration = self._stepper.advance(dt, self._bodies, wrench, added_inertia, acceleration)
+        self._reach.watch(self.data)
+        return acceleration
 
     def sensors(self, wrench: np.ndarray) -> dict[str, np.ndarray]:
         """`sensor` (sensors,), readings of the MJCF file's sensors under the fluid's wrench (b, 6), hinge reactions among

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 
+from bodies.mjcf import GEOM, name_of
 from bodies.shapes import Placed
 from fsi.errors import SceneError
 from fsi.scene import Tank
 
+DEEP = 0.1  # spacings that two geoms may stand in each other at the start
 ACROSS = 4  # particles across the largest extent of a body, at least
 
 Owned = Sequence[tuple[int, Placed]]
@@ -21,6 +24,27 @@ def check_mass(names: Sequence[str], mass: np.ndarray, source: object) -> None:
         if value <= 0.0:
             fix = "give its geoms mass or density, or move them to the body that carries them"
             raise SceneError(f"wet body {name!r} has no mass", key="bodies", file=source, fix=fix)
+
+
+def check_driven(model: mujoco.MjModel, geoms: Sequence[int], source: object) -> None:
+    """Raise SceneError for a wet geom of a mocap body: it has no joint, so that the fluid takes it for a fixed wall, and is
+    moved from outside all the same."""
+    for geom in geoms:
+        if model.body_mocapid[model.body_rootid[model.geom_bodyid[geom]]] >= 0:
+            fault = "belongs to a mocap body, which moves without a joint; the fluid would take it for a fixed wall"
+            fix = "give its body a joint and use coupler.scheme = 'prescribed', or weld a body with a joint to the mocap body"
+            raise SceneError(fault, key=f"geom {name_of(model, GEOM, geom)!r}", file=source, fix=fix)
+
+
+def check_contacts(model: mujoco.MjModel, data: mujoco.MjData, spacing: float, source: object) -> None:
+    """Raise SceneError for geoms that stand in each other at the start, where MuJoCo would shoot them apart."""
+    mujoco.mj_fwdPosition(model, data)
+    for contact in data.contact[: data.ncon]:
+        if contact.dist < -DEEP * spacing:
+            first, second = (name_of(model, GEOM, geom) for geom in contact.geom)
+            fix = "move them apart, or switch their contact off (contype, conaffinity, exclude)"
+            fault = f"geoms {first!r} and {second!r} stand {-contact.dist:.3g} m in each other at the start"
+            raise SceneError(fault, key="bodies", file=source, fix=fix)
 
 
 def check_solids(

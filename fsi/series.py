@@ -29,9 +29,7 @@ SERIES = {
     "body_torque": Series(("body", "axis"), "N m", "torque of the fluid about the centre of mass, world frame"),
     "joint_position": Series(("joint",), "m", "joint position", "rad"),
     "joint_velocity": Series(("joint",), "m/s", "joint velocity", "rad/s"),
-    "joint_force": Series(
-        ("joint",), "N", "force or torque of spring, damper, actuators and power take-off on the joint", "N m"
-    ),
+    "joint_force": Series(("joint",), "N", "force of spring, damper, actuators and power take-off on the joint", "N m"),
     "pto_power": Series(("joint",), "W", "power that damper, actuators and power take-off absorb"),
     "sensor": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
     "elevation": Series(("gauge",), "m", "free surface above still water"),

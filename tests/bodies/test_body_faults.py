@@ -55,6 +55,16 @@ def two_boxes(gap, *, apart=True):
         ),
         (two_boxes(-0.05), {}, r"geom 'right' \(body 'two'\) overlaps geom 'left' \(body 'one'\); move them apart"),
         (
+            SLAB.format(half=0.1) + '<geom name="ramp" type="box" size="1 1 0.1" pos="0 0 -0.193"/>',
+            {"head": wet("slab")},
+            r"geoms 'ramp' and 'slab' stand 0.007 m in each other at the start; move them apart, or switch",
+        ),
+        (
+            '<body name="hand" mocap="true"><geom name="h" size="0.2"/></body>' + SLAB.format(half=0.1),
+            {"head": wet("h")},
+            "geom 'h': belongs to a mocap body, .* fixed wall; give its body a joint",
+        ),
+        (
             '<body name="b"><freejoint/><geom name="p" type="plane" size="1 1 1" mass="1"/></body>',
             {},
             "plane.*world|plane",
@@ -159,3 +169,21 @@ def test_unknown_joint_lists_the_known(make_bodies):
     made = make_bodies('<body name="b"><joint name="surge" type="slide" axis="1 0 0"/><geom size="0.1"/></body>')
     with pytest.raises(SceneError, match="no hinge or slide joint 'heave'; known: surge"):
         made.place({"heave": 1.0}, {})
+
+
+def test_a_range_through_a_wall_is_noted(make_bodies):
+    joint = '<body name="b"><joint name="heave" type="slide" axis="0 0 1" limited="true" range="-{0} {0}"/>'
+    world = joint + '<geom name="hull" type="box" size="0.2 0.1 0.1"/></body>'
+    (note,) = make_bodies(world.format(1.95)).notes
+    assert "joint 'heave': its range lets body 'b' through the tank's z- wall" in note and "narrow the range" in note
+    assert not make_bodies(world.format(1.9)).notes
+
+
+def test_a_body_that_leaves_through_a_wall_is_noted(make_bodies):
+    made = make_bodies()
+    for _ in range(60):
+        made.advance(0.01, np.zeros((1, 6)), np.zeros((6, 6)), np.zeros(6))
+    assert not made.notes
+    for _ in range(5):
+        made.advance(0.01, np.zeros((1, 6)), np.zeros((6, 6)), np.zeros(6))
+    assert any("body 'box' went through the tank's z- wall at t = 0.62 s" in note for note in made.notes)

@@ -12,6 +12,7 @@ class Flap:
     names = ("flap", "float")
     joint_names = ("hinge", "heave")
     joint_is_rotary = (True, False)
+    sensor_names = ()
     mass = np.array([120.0, 40.0])
     notes = ("substeps: 2",)
 
