@@ -11,7 +11,7 @@ from fsi.errors import SceneError
 from fsi.periodic import Periodic
 from fsi.protocols import BodySet, Solid
 from fsi.scene import Scene
-from fsi.waves import piston
+from fsi.waves import reach
 
 WALL, PISTON, FIRST_BODY = 0, 1, 2  # owners of boundary particles
 
@@ -49,7 +49,7 @@ def piston_reach(scene: Scene) -> float:
     """How far the piston moves back, out of the tank [m]."""
     if scene.waves is None:
         return 0.0
-    return max(0.0, -piston(scene.waves, water_depth(scene), scene.gravity).reach[0])
+    return max(0.0, -reach(scene.waves, water_depth(scene), scene.gravity)[0])
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:

@@ -24,8 +24,8 @@ class Motion:
 class Movers:
     """Carries the boundary particles of the piston and of the bodies with their owners."""
 
-    def __init__(self, fluid: Fluid, piston, bodies: BodySet | None):
-        self.fluid, self.piston, self.bodies = fluid, piston, bodies
+    def __init__(self, fluid: Fluid, piston, bodies: BodySet | None, absorber=None):
+        self.fluid, self.piston, self.bodies, self.absorber = fluid, piston, bodies, absorber
         self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
         self._start = fluid.boundary[fluid.of_owner(PISTON)].copy()
         self._local = []  # boundary particles of each body in its own frame, about its centre of mass
@@ -44,8 +44,11 @@ class Movers:
         centre, twist = np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6))
         others = np.zeros((min(FIRST_BODY, fluid.owners), 6))
         if self.piston:
-            x, u, _ = self.piston(time)
-            twist[PISTON, 0], others[PISTON, 0] = u, (self.piston(time + dt)[1] - u) / dt
+            (x, u, _), (_, next_u, _) = self.piston(time), self.piston(time + dt)
+            if self.absorber:
+                shift, rate, next_rate = self.absorber.step(time, dt, fluid.position, x)
+                x, u, next_u = x + shift, u + rate, next_u + next_rate
+            twist[PISTON, 0], others[PISTON, 0] = u, (next_u - u) / dt
             along = np.eye(fluid.dim)[0]
             fluid.place(PISTON, self._start + x * along, u * along)
         if self.bodies:

@@ -12,7 +12,13 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from fsi.scene_parts import FilePath, NonNegative, Number, Part, Positive
 
 
-class RegularWaves(Part):
+class Piston(Part):
+    """What all kinds of waves share."""
+
+    absorb: bool = False  # the piston also gives way to waves that come back to it (active absorption)
+
+
+class RegularWaves(Piston):
     """Sinusoidal waves by linear theory (Dean & Dalrymple 1991, eq. 6.25). The second order adds the motion that keeps
     the crests sharp without setting free off waves of twice the frequency (Madsen 1971)."""
 
@@ -23,7 +29,7 @@ class RegularWaves(Part):
     ramp: NonNegative | None = None  # cosine ramp of the stroke [s]; two periods if not given
 
 
-class IrregularWaves(Part):
+class IrregularWaves(Piston):
     """A sea state, the sum of many regular waves of linear theory with random frequencies and phases; the same seed
     gives the same waves, however long the run."""
 
@@ -44,7 +50,7 @@ class IrregularWaves(Part):
         return self
 
 
-class SolitaryWave(Part):
+class SolitaryWave(Piston):
     """One solitary wave, by the piston's path of Goring (1978): the piston moves forward once and stays there."""
 
     kind: Literal["solitary"]
@@ -61,7 +67,7 @@ class WaveGroup(Part):
     waves: Annotated[float, Field(gt=0, multiple_of=0.5)]  # how many, in halves
 
 
-class WavePacket(Part):
+class WavePacket(Piston):
     """Groups of regular waves of linear theory, one after the other, the first crest ahead. The piston starts and ends
     at rest, in each group with the full amplitude from the first wave on."""
 
@@ -76,7 +82,7 @@ class WavePacket(Part):
         return self
 
 
-class TableWaves(Part):
+class TableWaves(Piston):
     """Piston that follows a table: columns time [s], displacement [m], commas, a header line."""
 
     kind: Literal["table"]

@@ -70,9 +70,7 @@ class Simulation:
         layout = build(scene, bodies, ground)
         self.team = Team(threads)
         self.fluid = Fluid(scene, layout, self.team)
-        self.movers = Movers(
-            self.fluid, piston(scene.waves, layout.depth, scene.gravity) if scene.waves else None, bodies
-        )
+        self.movers = self._movers(layout.depth)
         self.books = Books(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
         self._notes = list(layout.notes)
@@ -86,6 +84,15 @@ class Simulation:
         self._due = {"series": 0.0, "particles": 0.0}
         self._stability = Stability(self)
         self._began = clock.perf_counter()
+
+    def _movers(self, depth: float) -> Movers:
+        waves, absorber = self.scene.waves, None
+        motion = piston(waves, depth, self.scene.gravity) if waves else None
+        if waves and waves.absorb:
+            from fsi.waves.absorber import Absorber
+
+            absorber = Absorber(self.scene, motion, depth)
+        return Movers(self.fluid, motion, self.bodies, absorber)
 
     # -------------------------------------------------------------------------------------- the loop
 

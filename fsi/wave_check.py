@@ -9,7 +9,7 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.scene import Scene
-from fsi.waves import Motion, piston, wavenumber
+from fsi.waves import Motion, piston, reach, wavenumber
 from fsi.waves.regular import SECOND_ORDER_URSELL, order_of, ursell
 from fsi.waves.sponge import reflection
 
@@ -64,7 +64,7 @@ def _theory(scene: Scene) -> Iterator[Fault]:
 def _path(scene: Scene) -> Iterator[Fault]:
     length = scene.tank.max[0] - scene.tank.min[0]
     try:
-        back, forth = _motion(scene).reach
+        back, forth = reach(scene.waves, water_depth(scene), scene.gravity)
     except SceneError:  # a bad table is told of as a file
         return
     if max(-back, forth) >= length / 4:
@@ -84,7 +84,7 @@ def wave_summary(scene: Scene) -> list[str]:
     if scene.waves is None:
         return []
     motion = _motion(scene)
-    back, forth = motion.reach
+    back, forth = reach(scene.waves, water_depth(scene), scene.gravity)
     path = f"piston from {back:.3g} to {forth:.3g} m, at most {_fastest(scene, motion):.3g} m/s"
     zones = (
         f"{key}: {length:.2f} wave lengths at {rate:.1f} omega send back about {100 * part:.2g} %, by long-wave theory"

@@ -13,7 +13,16 @@ from fsi.waves.linear import piston_transfer, wavenumber
 from fsi.waves.regular import RegularPiston, order_of, second_order_stroke
 from fsi.waves.table import TablePiston, read_motion_table
 
-__all__ = ["Motion", "RegularPiston", "TablePiston", "piston", "piston_transfer", "read_motion_table", "wavenumber"]
+__all__ = [
+    "Motion",
+    "RegularPiston",
+    "TablePiston",
+    "piston",
+    "piston_transfer",
+    "reach",
+    "read_motion_table",
+    "wavenumber",
+]
 
 
 class Motion(Protocol):
@@ -22,6 +31,17 @@ class Motion(Protocol):
     reach: tuple[float, float]
 
     def __call__(self, t: float) -> tuple[float, float, float]: ...
+
+
+def reach(waves, depth: float, g: float) -> tuple[float, float]:
+    """The least and the largest displacement [m] of a scene's piston; with active absorption it may leave its path."""
+    motion = piston(waves, depth, g)
+    back, forth = motion.reach
+    if waves.absorb:
+        from fsi.waves.absorber import room
+
+        return back - room(motion), forth + room(motion)
+    return back, forth
 
 
 def piston(waves, depth: float, g: float) -> Motion:

@@ -39,6 +39,10 @@ class IrregularPiston:
         most = min(6 * math.sqrt(0.5 * float((self.amplitude**2).sum())), float(np.abs(self.amplitude).sum()))
         return -most, most
 
+    def envelope(self, t: float) -> float:
+        """The factor of the ramp."""
+        return cosine_ramp(t, self.ramp)[0]
+
     def __call__(self, t: float) -> tuple[float, float, float]:
         w, angle = self.omega, self.omega * t + self.phase
         s, c = self.amplitude * np.sin(angle), self.amplitude * np.cos(angle)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 
 def wavenumber(omega: float, depth: float, g: float) -> float:
     """Wavenumber k [1/m] of a wave of angular frequency omega [rad/s] in water of this depth [m]: the root of
@@ -24,3 +26,17 @@ def piston_transfer(kd: float) -> float:
     (Dean & Dalrymple 1991, eq. 6.25); written with exp(-2kd) so that deep water does not overflow."""
     e = math.exp(-2 * kd)
     return 2 * (1 - e) ** 2 / (1 - e * e + 4 * kd * e)
+
+
+def evanescent(omega: float, depth: float, g: float, count: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    """Wavenumbers k_j [1/m] of the first modes that die away from a piston as exp(-k_j x), the roots of
+    omega^2 = -g k_j tan(k_j depth), and their elevation over the displacement of the piston, with which it is in phase,
+    4 sin^2 k_j d / (2 k_j d + sin 2 k_j d) (Dean & Dalrymple 1991, ch. 6)."""
+    alpha = omega * omega * depth / g
+    high = math.pi * np.arange(1, count + 1)
+    low = high - 0.5 * math.pi
+    for _ in range(50):  # bisection: -kd tan(kd) falls from infinity to 0
+        middle = 0.5 * (low + high)
+        above = -middle * np.tan(middle) > alpha
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return high / depth, 4 * np.sin(high) ** 2 / (2 * high + np.sin(2 * high))

@@ -15,13 +15,13 @@ class PacketPiston:
     for an odd half wave. `start` [s] is when it begins to move."""
 
     def __init__(self, groups: Sequence[tuple[float, float, float]], depth: float, g: float, start: float = 0.0):
-        self._pieces = []  # (start, end, omega, half stroke, phase at the start, displacement at the start)
+        self.pieces = []  # (start, end, omega, half stroke, phase at the start, displacement at the start)
         x, phase = 0.0, 0.0
         turns = [0.0]
         for height, period, waves in groups:
             omega = 2 * math.pi / period
             half = 0.5 * height / piston_transfer(wavenumber(omega, depth, g) * depth)
-            self._pieces.append((start, start + waves * period, omega, half, phase, x))
+            self.pieces.append((start, start + waves * period, omega, half, phase, x))
             halves = round(2 * waves)
             sign = math.cos(phase)  # 1 or -1
             turns += [x + 2 * half * sign, x]  # where the piston turns round within the group
@@ -32,7 +32,7 @@ class PacketPiston:
         self.reach = min(turns), max(turns)
 
     def __call__(self, t: float) -> tuple[float, float, float]:
-        for start, end, omega, half, phase, x in self._pieces:
+        for start, end, omega, half, phase, x in self.pieces:
             if start <= t < end:
                 angle = phase + omega * (t - start)
                 s, c, c0 = math.sin(angle), math.cos(angle), math.cos(phase)

@@ -43,6 +43,10 @@ class RegularPiston:
         most = 0.5 * abs(self.stroke) + abs(self.second)
         return -most, most
 
+    def envelope(self, t: float) -> float:
+        """The factor of the ramp."""
+        return cosine_ramp(t, self.ramp)[0]
+
     def __call__(self, t: float) -> tuple[float, float, float]:
         w, x, u, a = self.omega, 0.0, 0.0, 0.0
         for amplitude, n in ((0.5 * self.stroke, 1), (self.second, 2)):
