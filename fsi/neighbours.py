@@ -232,7 +232,8 @@ class Neighbours:
                     f"more than {CANDIDATES} particles within reach of a few: the particles have clumped and the run is "
                     "unstable; take a smaller numerics.courant or numerics.mach"
                 )
-            self._need[group_count < 0] *= 1.3
+            short = group_count < 0
+            self._need[short] = 1.3 * self._need[short] + slack_of(self.lanes)  # it may have been 0: dry walls
         last = group_offset[:-1] + np.maximum(group_count, 1) - 1
         self._need = np.where(group_count > 0, self._span[last, 2], 0).astype(float)
         self.groups = (group_offset, group_count, self._group, self._span, list_offset, self._list)

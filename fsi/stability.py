@@ -8,7 +8,7 @@ import numpy as np
 
 from fsi.errors import RunError
 
-FLUID_LIMIT = 1e3  # speed of the fluid over that of long waves
+FLUID_LIMIT = 1e3  # speed of the fluid over that of long waves, or over its speed at the start
 BODY_LIMIT = 20.0  # speed of a body over that of a fall through half the tank, or over its speed at the start
 
 
@@ -40,13 +40,13 @@ class Stability:
         self._sim, scene, fluid = sim, sim.scene, sim.fluid
         self._started_with = fluid.count
         wave_speed = math.sqrt(scene.gravity * fluid.depth)
-        self._fastest_fluid = FLUID_LIMIT * max(wave_speed, scene.spacing)
+        start = float(np.sqrt((fluid.velocity**2).sum(1).max(initial=0.0)))
+        self._fastest_fluid = FLUID_LIMIT * max(wave_speed, start, scene.spacing)
         self.logged: float | None = None
         self._fastest_body = math.inf
         self._free = bool(sim.bodies and sim.coupler.advice)  # prescribed bodies cannot become unstable
         if self._free:
             height = scene.tank.max[-1] - scene.tank.min[-1]
-            start = float(np.sqrt((fluid.velocity**2).sum(1).max(initial=0.0)))
             speeds = self._speeds(sim.bodies.motion().velocity)
             fall = math.sqrt(scene.gravity * height)
             self._fastest_body = BODY_LIMIT * max(fall, start, speeds.max(initial=0.0)) or math.inf

@@ -26,6 +26,14 @@ MODULES = {
     "bingham": ("bingham_channel",),
     "tall_column": ("tall_column",),
     "short_box": ("short_box",),
+    "violent": (
+        "violent_corner",
+        "violent_jet",
+        "violent_fill",
+        "violent_columns",
+        "violent_droplet",
+        "long_run",
+    ),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)
 

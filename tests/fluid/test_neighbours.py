@@ -50,3 +50,15 @@ def test_order_does_not_depend_on_threads(threads):
     grid = Grid.over([0.0] * 3, [1.0] * 3, 0.1, 0.3)
     one, many = (CellSort(grid, 5000, Team(t)).update(points) for t in (1, threads))
     assert (one == many).all()
+
+
+def test_walls_that_were_dry_get_their_lists_when_water_comes():
+    """A chunk that needed no room in the last step, and more than the slack in this one."""
+    fluid = random_fluid(3, "single", 18, boundary=True)
+    before = [np.concatenate(group[2:]) for group in lists(fluid._boundary_near)]
+    for near in (fluid._near, fluid._boundary_near):
+        near._need[:] = 0.0
+    fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
+    after = [np.concatenate(group[2:]) for group in lists(fluid._boundary_near)]
+    assert sum(map(len, after)) > 4096
+    assert all((a == b).all() for a, b in zip(before, after, strict=True))

@@ -1,0 +1,139 @@
+"""Violent flows: what has no exact answer must still keep its books, lose nothing, and run to the end.
+
+Measured: particles that have left the tank; rises of the mechanical energy above the least so far, as a share of the energy
+at the start (nothing drives these flows but their first state); the residual of the momentum audit of `fsi.books`; and
+velocities or pressures that are not finite. A run that cannot go on ends with an error that says why: its row has failed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from cases.validation.case import Case, Measure
+from fsi.simulation import Simulation
+
+REFERENCE = (
+    "No exact answer: none leaves, mechanical energy never rises, the books of momentum close, nothing is infinite."
+)
+
+
+class Audited:
+    """A recorder that keeps nothing: with a recorder the books of momentum are audited at the interval of the series."""
+
+    def begin(self, scene, bodies) -> None:
+        pass
+
+    series = particles = end = lambda self, *frame: None
+
+
+class Bookkeeping(Measure):
+    """Leaks, rises of energy, momentum residual, and what is not finite."""
+
+    def begin(self, sim: Simulation) -> None:
+        sim.recorders.append(Audited())
+        low, high = np.array(sim.scene.tank.min), np.array(sim.scene.tank.max)
+        closed = [f"{axis}{side}" in sim.scene.tank.walls for axis in self._axes(sim) for side in "-+"]
+        self.low, self.high = np.where(closed[::2], low, -math.inf), np.where(closed[1::2], high, math.inf)
+        floor = sim.books.mass * sim.scene.gravity * sim.fluid.count * low[-1]
+        self.at_start = sim.books.kinetic + sim.books.potential - floor
+        self.least = sim.books.kinetic + sim.books.potential
+        self.rise, self.leaks, self.infinite, self.books = 0.0, 0.0, 0.0, sim.books
+
+    def _axes(self, sim: Simulation) -> Sequence[str]:
+        return "xz" if sim.scene.dimension == 2 else "xyz"
+
+    def sample(self, sim: Simulation) -> None:
+        fluid = sim.fluid
+        energy = sim.books.kinetic + sim.books.potential
+        self.rise = max(self.rise, energy - self.least)
+        self.least = min(self.least, energy)
+        outside = ((fluid.position < self.low) | (fluid.position > self.high)).any(1).sum()
+        self.leaks = max(self.leaks, (fluid.lost + outside) / (fluid.count + fluid.lost))
+        self.infinite = max(self.infinite, 1 - np.isfinite(fluid.pressure_values).mean())
+
+    def errors(self) -> dict[str, float]:
+        return {
+            "leaks": float(self.leaks),
+            "energy_rise": self.rise / self.at_start,
+            "momentum": self.books.momentum_residual if self.books.audits else math.nan,
+            "not_finite": float(self.infinite),
+        }
+
+
+TARGET = {"leaks": 0.0, "energy_rise": 0.001, "momentum": 1e-5, "not_finite": 0.0}
+
+
+def _blocks(*blocks) -> dict:
+    """Fluid in blocks (min, max, velocity or None), its first pressure solved for."""
+    keys = "min", "max", "velocity"
+    return {"start": "converged", "blocks": [{k: v for k, v in zip(keys, block, strict=True) if v} for block in blocks]}
+
+
+def _case(name: str, title: str, tank: dict, fluid: dict, duration: float, spacing: float, **more) -> Case:
+    def scene(spacing: float, folder) -> dict:
+        return {"duration": duration, "tank": tank, "fluid": fluid} | more
+
+    levels = {"coarse": spacing, "medium": spacing / 2, "paper": spacing / 4}
+    return Case(name, title, REFERENCE, levels, scene, Bookkeeping, TARGET)
+
+
+CLOSED = ["x-", "x+", "z-", "z+"]
+CASES = {
+    case.name: case
+    for case in (
+        _case(
+            "violent_corner",
+            "A column collapses across a closed tank into the far corner, in three dimensions",
+            {"min": [0.0] * 3, "max": [0.9, 0.6, 0.8], "walls": ["x-", "x+", "y-", "y+", "z-", "z+"]},
+            _blocks(([0.0] * 3, [0.3, 0.3, 0.6], None)),
+            duration=1.5,
+            spacing=0.05,
+            dimension=3,
+        ),
+        _case(
+            "violent_jet",
+            "A jet of 10 m/s, 0.2 m thick, hits a wall",
+            {"min": [0.0, 0.0], "max": [1.6, 1.6], "walls": CLOSED},
+            _blocks(([0.4, 0.7], [1.6, 0.9], [-10.0, 0.0])),
+            duration=0.3,
+            spacing=0.02,
+            gravity=0.0,
+        ),
+        _case(
+            "violent_fill",
+            "A column of water falls into an empty tank and fills it",
+            {"min": [0.0, 0.0], "max": [1.0, 2.0], "walls": CLOSED},
+            _blocks(([0.1, 0.7], [0.5, 1.9], None)),
+            duration=2.0,
+            spacing=0.04,
+        ),
+        _case(
+            "violent_columns",
+            "Two columns collapse towards each other and collide",
+            {"min": [0.0, 0.0], "max": [2.0, 1.6], "walls": CLOSED},
+            _blocks(([0.0, 0.0], [0.4, 0.8], None), ([1.6, 0.0], [2.0, 0.8], None)),
+            duration=1.5,
+            spacing=0.04,
+        ),
+        _case(
+            "violent_droplet",
+            "A droplet falls 5 m into water 0.2 m deep",
+            {"min": [0.0, 0.0], "max": [0.8, 6.0], "walls": CLOSED},
+            _blocks(([0.0, 0.0], [0.8, 0.2], None), ([0.34, 5.2], [0.46, 5.32], None)),
+            duration=1.6,
+            spacing=0.02,
+        ),
+        _case(
+            "long_run",
+            "A hundred thousand steps of water that comes to rest after a collapse",
+            {"min": [0.0, 0.0], "max": [0.6, 0.5], "walls": CLOSED},
+            _blocks(([0.0, 0.0], [0.3, 0.3], None)),
+            duration=100.0,
+            spacing=0.05,
+            numerics={"fixed_time_step": 0.001},
+        ),
+    )
+}
