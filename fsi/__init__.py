@@ -13,6 +13,7 @@ _HOMES = {
     "Simulation": "fsi.simulation",
     "run": "fsi.cli",
     "check": "fsi.cli",
+    "sweep": "fsi.cli",
     "load_run": "fsi.run_folder",
 }
 

@@ -147,6 +147,13 @@ def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = 
     return run_all(quick=quick, large=large, out=out, say=_silent if quiet else _say)
 
 
+def sweep(study, **options):
+    """Run a parameter study (a file, or a `cases.Study`) and return its dataset; see `cases.study.sweep.sweep`."""
+    from cases.study.sweep import sweep as run_all
+
+    return run_all(study, **options)
+
+
 def main() -> None:
     """The command `fsi`."""
     from fsi.commands import app

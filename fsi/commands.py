@@ -228,3 +228,31 @@ def bench(
             Console().print(table)
         if result.report:
             print(f"written to {result.report}")
+
+
+@app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/studies.md.")],
+    workers: Annotated[
+        int | None, typer.Option(min=0, help="Worker processes; as many as there are cores if not given.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, e.g. tcp://host:8786, in place of workers.")
+    ] = None,
+    threads: Annotated[int, typer.Option(min=1, help="Threads of each worker.")] = 1,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the study; studies/NAME if none.")] = None,
+    to: Annotated[list[Literal["csv", "parquet"]] | None, typer.Option(help="Also write a table. Repeatable.")] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Run failed runs again.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a parameter study, or go on with one that was stopped."""
+    with exit_codes():
+        options = {"workers": workers, "scheduler": scheduler, "threads": threads, "retry": retry, "quiet": quiet}
+        result = cli.sweep(study, out=out, **options)
+        from cases.study.summary import summary, summary_lines
+
+        facts = summary(result, to or ())
+        print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
+        if facts["runs"] and not facts["done"]:
+            raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")

@@ -28,12 +28,12 @@ SHAPES = {  # pydantic's type of error -> what should be there
 }
 
 
-def fault_lines(errors: ValidationError, data: dict, file: object) -> list[str]:
-    """One line for each error; `data` is what was validated."""
+def fault_lines(errors: ValidationError, data: dict, file: object, root: type[BaseModel] = Scene) -> list[str]:
+    """One line for each error; `data` is what was validated as a `root`."""
     lines = []
     for error in errors.errors(include_url=False):
         place = _place(error, data)
-        fault, fix = _explain(error, place)
+        fault, fix = _explain(error, place, root)
         lines.append(str(SceneError(fault, key=_key(place), file=file, fix=fix)))
     return lines
 
@@ -52,11 +52,11 @@ def _key(place: list) -> str:
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
 
 
-def _explain(error: dict, place: list) -> tuple[str, str]:
+def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]:
     """Fault and fix of one error."""
     kind, given, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "extra_forbidden":
-        key, known = str(place[-1]), _known_keys(place[:-1])  # of all kinds of the part: the key may belong to another
+        key, known = str(place[-1]), _known_keys(place[:-1], root)  # of all kinds of the part: the key may belong to another
         return "unknown key", _choice(key, [k for k in known if k != key], "known are {}")
     if kind == "missing":
         return "missing", "add it"
@@ -82,9 +82,9 @@ def _choice(given: str, known: list[str], otherwise: str) -> str:
     return f"did you mean {close[0]}?" if close else otherwise.format(", ".join(known))
 
 
-def _known_keys(place: list) -> list[str]:
-    """The keys of the scene's part at `place`."""
-    parts = [Scene]
+def _known_keys(place: list, root: type[BaseModel]) -> list[str]:
+    """The keys of the part of `root` at `place`."""
+    parts = [root]
     for step in place:
         inner = [p for part in parts if step in part.model_fields for p in _parts(part.model_fields[step].annotation)]
         parts = inner or parts

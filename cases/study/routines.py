@@ -1,0 +1,165 @@
+"""The routines of wave energy: what they need of a study, and what they make of its table.
+
+A routine adds variables to the dataset of a study, and facts for its report to the attributes `best` and `summary`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+
+from cases.study.extremes import gumbel_fit, largest_of
+from cases.study.plan import Study
+from cases.study.results import names_in_order
+from fsi.errors import SceneError
+
+NEEDS = {  # routine -> names of which the study must have one, for each of these
+    "damping_sweep": (("damping",),),
+    "power_matrix": (("Hm0", "wave_height"), ("Te", "Tp", "period")),
+    "rao": (("period", "omega", "frequency"),),
+    "free_decay": (),
+    "extreme": (("seed",),),
+}
+
+
+def check_routine(study: Study) -> None:
+    """Raises SceneError where a study lacks a parameter that its routine is about."""
+    for names in NEEDS.get(study.routine, ()):
+        if not set(names) & set(study.parameters):
+            fix = f"add [parameters.{names[0]}]"
+            raise SceneError(f"{study.routine} needs a parameter named {' or '.join(names)}", key="parameters", fix=fix)
+    if study.routine not in (None, "free_decay") and study.sampling.method != "grid":
+        raise SceneError(f"{study.routine} needs a grid", key="sampling.method", fix="set method = 'grid'")
+
+
+def analysed(study: Study, data):
+    """The dataset of a study with what its routine adds; that of a study without one as it is."""
+    if study.routine == "damping_sweep":
+        return damping_sweep(data)
+    if study.routine == "power_matrix":
+        return power_matrix(data)
+    if study.routine == "extreme":
+        return extreme(data, study.measure.storm_duration)
+    return data
+
+
+def damping_sweep(data):
+    """Adds the optimum along `damping`: `best_damping` and `best_power`, the vertex of the parabola through the best
+    point and its neighbours over the logarithm of the damping. Without an inner maximum the best point itself stands,
+    and `best_inside` is 0."""
+    if "mean_power" not in data:
+        return data
+    power, damping = data.mean_power.transpose(..., "damping"), data.damping.values.astype(float)
+    best = np.full((3, *power.shape[:-1]), np.nan)
+    for index in np.ndindex(power.shape[:-1]):
+        best[(slice(None), *index)] = peak(damping, power.values[index])
+    dims, units = power.dims[:-1], data.damping.attrs.get("units", "1")
+    data["best_damping"] = dims, best[0], {"units": units, "long_name": "damping of the largest mean power"}
+    data["best_power"] = dims, best[1], {"units": "W", "long_name": "largest mean power"}
+    data["best_inside"] = dims, best[2], {"units": "1", "long_name": "1 where the optimum lies between the points"}
+    return data
+
+
+def peak(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+    """Place and height of the maximum of y(x), and 1.0 where it lies inside the points; x > 0 in ascending order is
+    taken by its logarithm, points that are nan are left out. Exact for a parabola in log x."""
+    keep = np.isfinite(y)
+    order = np.argsort(x[keep])
+    x, y = x[keep][order], y[keep][order]
+    if len(x) == 0:
+        return math.nan, math.nan, 0.0
+    top = int(np.argmax(y))
+    if not 0 < top < len(x) - 1 or x[0] <= 0:
+        return float(x[top]), float(y[top]), 0.0
+    logs = np.log(x[top - 1 : top + 2])
+    a, b, c = np.polyfit(logs - logs[1], y[top - 1 : top + 2], 2)
+    shift = -b / (2 * a)
+    return float(math.exp(logs[1] + shift)), float(c + b * shift / 2), 1.0
+
+
+def power_matrix(data):
+    """Adds the matrix: `power_matrix` [W] over wave height and period, the mean over seeds and everything else that
+    is no design, its standard error `power_matrix_error`, and `capture_width_matrix` [m]."""
+    if "mean_power" not in data:
+        return data
+    over = [dim for dim in data.mean_power.dims if dim == "seed"]
+    count = data.mean_power.count(over) if over else 1
+    mean = data.mean_power.mean(over, skipna=True) if over else data.mean_power
+    data["power_matrix"] = mean.assign_attrs(units="W", long_name="mean absorbed power, mean of the seeds")
+    if over:
+        error = data.mean_power.std(over, ddof=1) / np.sqrt(count)
+        data["power_matrix_error"] = error.assign_attrs(units="W", long_name="standard error of the mean of the seeds")
+    if "wave_power" in data:
+        flux = data.wave_power.mean(over) if over else data.wave_power
+        width = mean / flux
+        data["capture_width_matrix"] = width.assign_attrs(units="m", long_name="capture width")
+    return data
+
+
+def annual_energy(data, occurrence: np.ndarray) -> float:
+    """Energy of a year [Wh] in a sea whose states occur with these shares (same shape as `power_matrix`); the shares
+    are brought to a sum of one."""
+    share = np.asarray(occurrence, float)
+    if share.shape != data.power_matrix.shape:
+        raise SceneError(
+            f"occurrence is {share.shape}, the power matrix {data.power_matrix.shape}", fix="give one share a sea state"
+        )
+    return float((data.power_matrix.values * share).sum() / share.sum() * 8766)
+
+
+def extreme(data, storm: float):
+    """Adds for every largest value of a run (names that end in `_max`) the fit over the seeds: `..._mode` and `..._95`, the
+    most probable largest value of a storm [s] and the one that 95 of 100 storms stay below."""
+    if "measured_seconds" not in data:
+        return data
+    length = float(data.measured_seconds.median())
+    for name in [str(n) for n in data.data_vars if str(n).endswith("_max")]:
+        values = data[name].transpose(..., "seed")
+        found = np.full((2, *values.shape[:-1]), np.nan)
+        for index in np.ndindex(values.shape[:-1]):
+            maxima = values.values[index]
+            maxima = maxima[np.isfinite(maxima)]
+            if len(maxima) >= 3 and np.ptp(maxima) > 0:
+                fit = gumbel_fit(maxima)
+                found[(slice(None), *index)] = largest_of(*fit, max(storm / length, 1.0))
+        facts = data[name].attrs
+        words = ("most probable largest of a storm", "not passed in 95 of 100 storms")
+        for suffix, layer, text in zip(("mode", "95"), found, words, strict=True):
+            attributes = {"units": facts["units"], "long_name": f"{facts['long_name']}, {text}"}
+            data[f"{name}_{suffix}"] = values.dims[:-1], layer, attributes
+    return data
+
+
+def best_row(data) -> dict | None:
+    """The best point of a study: its parameters, objective and figures; None without an objective or a run that keeps
+    the constraints."""
+    from cases.study.results import table
+
+    key = data.attrs.get("objective") or ("mean_power" if "mean_power" in data else "")
+    if not key:
+        return None
+    frame, sign = table(data), int(data.attrs.get("sense", 1))
+    good = feasible(data, frame)
+    if key not in frame or not good.any():
+        return None
+    place = (sign * frame[key].where(good)).idxmax()
+    row = frame.loc[place]
+    return {
+        "parameters": {name: row[name] for name in names_in_order(data)},
+        "objective": key,
+        "value": float(row[key]),
+        "run": row["run_hash"],
+        "figures": row.to_dict(),
+    }
+
+
+def feasible(data, frame):
+    """Which rows of a table are done and keep the constraints of the study, as booleans."""
+    good = frame["status"] == "done"
+    for key, limits in json.loads(data.attrs.get("constraints", "{}")).items():
+        if key in frame:
+            good &= frame[key] <= limits.get("max", math.inf)
+            good &= frame[key] >= limits.get("min", -math.inf)
+    return good

@@ -1,0 +1,143 @@
+"""One run of a study, in a worker process: claimed by a lock, finished runs reused, leftovers of a kill run again.
+
+The lock belongs to the open file, so that it goes when its process dies, however it dies. A worker of a killed study on
+a cluster may still be at a run when the next study comes for it: the next one waits, and takes the result.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from cases.study.plan import Measure
+from fsi.errors import RunError, SceneError
+from fsi.scene import Scene
+
+KEPT = {"inputs"}  # of a run folder that is run again
+ROW = "figures.json"
+WATCH_EVERY = 0.5  # [s]
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run to be had: its scene, its folder, what is measured on it, the threads it may take; `again` runs one that
+    failed once more."""
+
+    scene: Scene
+    folder: Path
+    measure: Measure
+    routine: str | None = None
+    threads: int = 1
+    again: bool = False
+
+
+@dataclass
+class Outcome:
+    """What came of a run: `status` is done, failed or invalid, `figures` key -> (name, value, units, long name, dimension,
+    label); `reused` where an earlier run was taken."""
+
+    status: str
+    reason: str = ""
+    figures: dict[str, tuple] | None = None
+    wall_seconds: float = 0.0
+    reused: bool = False
+
+
+def execute(job: Job) -> Outcome:
+    """Run the job, or take it from its folder; a run that fails is an outcome, not an error."""
+    job.folder.mkdir(parents=True, exist_ok=True)
+    with _claimed(job.folder):
+        facts = read_facts(job.folder)
+        reused = facts.get("status") == "done" or (facts.get("status") == "failed" and not job.again)
+        if not reused:
+            facts = _run(job)
+        outcome = Outcome(facts["status"], facts.get("reason", ""), {}, facts.get("wall_seconds", 0.0), reused)
+        if outcome.status == "done":
+            try:
+                outcome.figures = _figures(job)
+            except (SceneError, RunError) as error:
+                outcome.status, outcome.reason = "failed", str(error)
+        return outcome
+
+
+def read_facts(folder: Path) -> dict:
+    """`run.json` of a run folder, empty where there is none."""
+    try:
+        return json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
+def record_failure(folder: Path, reason: str) -> None:
+    """Write down that a run failed whose worker could not say so itself."""
+    folder.mkdir(parents=True, exist_ok=True)
+    replace(folder / "run.json", json.dumps(read_facts(folder) | {"status": "failed", "reason": reason}, indent=2))
+
+
+def replace(file: Path, text: str) -> None:
+    """Write a file in one go, so that it is never half written."""
+    new = file.with_name(f"{file.name}.{os.getpid()}.new")
+    new.write_text(text, encoding="utf-8")
+    os.replace(new, file)
+
+
+@contextmanager
+def _claimed(folder: Path) -> Iterator[None]:
+    """Hold the lock of a run folder; wait for whoever has it."""
+    with open(folder.with_name(folder.name + ".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _run(job: Job) -> dict:
+    """Run the scene from the start; what a killed run left in the folder goes first."""
+    for left in job.folder.iterdir():
+        if left.name not in KEPT:
+            shutil.rmtree(left) if left.is_dir() else left.unlink()
+    from fsi.cli import run
+
+    try:
+        run(job.scene, out=job.folder, threads=job.threads, quiet=True)
+    except (RunError, SceneError) as error:
+        record_failure(job.folder, str(error))
+    except Exception as error:  # whatever it is, it must not end the study
+        record_failure(job.folder, f"{type(error).__name__}: {error}")
+    return read_facts(job.folder)
+
+
+def _figures(job: Job) -> dict[str, tuple]:
+    """Figures of a run, kept beside it until something else is measured."""
+    key = f"{job.measure.model_dump_json()} {job.routine}"
+    file = job.folder / ROW
+    try:
+        kept = json.loads(file.read_text(encoding="utf-8"))
+        if kept["measure"] == key:
+            return {k: tuple(v) for k, v in kept["figures"].items()}
+    except (OSError, ValueError, KeyError):
+        pass
+    from cases.study.measure import measured
+
+    found = measured(job.folder, job.scene, job.measure, job.routine)
+    figures = {f.key: (f.name, f.value, f.units, f.long_name, f.dim, f.label) for f in found}
+    replace(file, json.dumps({"measure": key, "figures": figures}, indent=1))
+    return figures
+
+
+def follow_parent() -> None:
+    """End this process when its parent does; the parent of a worker is the study that started it."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(WATCH_EVERY)
+        os._exit(1)
+
+    threading.Thread(target=watch, name="parent watch", daemon=True).start()
