@@ -241,7 +241,8 @@ def sweep(
     ] = None,
     threads: Annotated[int, typer.Option(min=1, help="Threads of each worker.")] = 1,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the study; studies/NAME if none.")] = None,
-    to: Annotated[list[Literal["csv", "parquet"]] | None, typer.Option(help="Also write a table. Repeatable.")] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Also write the table as CSV.")] = False,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Also write the table as Parquet.")] = False,
     retry: Annotated[bool, typer.Option("--retry", help="Run failed runs again.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
@@ -252,7 +253,7 @@ def sweep(
         result = cli.sweep(study, out=out, **options)
         from cases.study.summary import summary, summary_lines
 
-        facts = summary(result, to or ())
+        facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])
         print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
         if facts["runs"] and not facts["done"]:
             raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")

@@ -126,6 +126,16 @@ class Measure(Part):
     storm_duration: Positive = 10800.0  # [s] that an extreme response is the largest of
 
 
+class Bem(Part):
+    """Linear potential theory to compare a RAO with."""
+
+    file: FilePath  # netCDF of Capytaine
+    dof: str  # its degree of freedom that is the joint
+    joint: str = ""  # empty: the first one
+    damping: NonNegative | str = 0.0  # of the power take-off, or the parameter that holds it [N s/m or N m s/rad]
+    stiffness: NonNegative = 0.0  # of the power take-off [N/m or N m/rad]
+
+
 class Study(Part):
     """A study; as a file see `docs/studies.md`."""
 
@@ -142,7 +152,7 @@ class Study(Part):
     objective: Objective | None = None
     constraints: dict[str, Bounds] = Field(default_factory=dict)
     measure: Measure = Measure()
-    bem: FilePath | None = None  # netCDF of Capytaine, to compare a RAO with
+    bem: Bem | None = None
 
     model_config = Part.model_config | {"populate_by_name": True}
 

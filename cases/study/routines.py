@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from cases.study.bem import compare
 from cases.study.extremes import gumbel_fit, largest_of
 from cases.study.plan import Study
 from cases.study.results import names_in_order
@@ -40,6 +41,8 @@ def analysed(study: Study, data):
         return damping_sweep(data)
     if study.routine == "power_matrix":
         return power_matrix(data)
+    if study.routine == "rao" and study.bem and "rao" in data:
+        return compare(data, study.bem)
     if study.routine == "extreme":
         return extreme(data, study.measure.storm_duration)
     return data

@@ -31,9 +31,8 @@ def load_study(source: str | Path | Study) -> Study:
         study = Study.model_validate(data, context={"folder": path.absolute().parent})
     except ValidationError as errors:
         raise SceneError("\n".join(fault_lines(errors, data, path.name, Study))) from None
-    for key in ("script", "bem"):
-        file = getattr(study, key)
-        if file is not None and not file.is_file():
+    for key, file in (("script", study.script), ("bem.file", study.bem and study.bem.file)):
+        if file and not file.is_file():
             raise SceneError(f"no such file: {file}", key=key, file=path.name, fix="it is relative to the study file")
     return _settled(study, path.absolute().parent)
 
