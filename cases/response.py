@@ -15,7 +15,7 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.scene import Scene
 from fsi.scene_check import water_depth
-from fsi.waves import wavenumber
+from fsi.waves import piston, wavenumber
 
 STUDENT_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)  # two-sided, 1, 2, ... degrees of freedom
 
@@ -85,8 +85,8 @@ def settled(scene: Scene, place: float) -> float:
 
 
 def wave_period(scene: Scene) -> float | None:
-    """Period of regular waves, energy period of irregular ones [s]; None without either."""
-    for name in ("period", "Te"):
+    """Period of regular waves, peak period of irregular ones [s]; None without either."""
+    for name in ("period", "peak_period"):
         value = getattr(scene.waves, name, None)
         if value is not None:
             return float(value)
@@ -173,13 +173,26 @@ def _power(part, scene: Scene, period: float | None, width: float | None) -> Ite
 
 
 def incident_power(scene: Scene) -> float | None:
-    """Power of the scene's waves per metre of crest by linear theory [W/m]; irregular waves count as Hm0 at the energy
-    period. None where the scene does not say their height and period."""
-    period, waves = wave_period(scene), scene.waves
-    height = getattr(waves, "wave_height", None) or getattr(waves, "Hm0", 0.0) / math.sqrt(2)
-    if not period or not height:
-        return None
-    return wave_power(height, period, water_depth(scene), scene.fluid.density, scene.gravity)
+    """Power of the scene's waves per metre of crest by linear theory [W/m]; of irregular waves that of the components
+    that make them up. None for waves that do not go on."""
+    waves, depth, g = scene.waves, water_depth(scene), scene.gravity
+    kind = getattr(waves, "kind", "")
+    if kind == "regular":
+        return wave_power(waves.wave_height, waves.period, depth, scene.fluid.density, g)
+    if kind == "irregular":
+        sea = piston(waves, depth, g)
+        parts = zip(sea.wave_amplitude, sea.omega, strict=True)
+        return sum(wave_power(2 * a, 2 * math.pi / w, depth, scene.fluid.density, g) for a, w in parts)
+    return None
+
+
+def energy_period_ratio(waves) -> float:
+    """Energy period m-1 / m0 over peak period of irregular waves, of the spectrum they are drawn from."""
+    from fsi.waves.irregular import LOWEST, spectrum
+
+    f = np.linspace(LOWEST, waves.highest, 20_001)
+    density = spectrum(f, 1.0, 1.0 if waves.spectrum == "pierson_moskowitz" else waves.gamma or 3.3)
+    return float((density / f).sum() / density.sum())
 
 
 def _bodies(part) -> Iterator[Figure]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+from cases.response import energy_period_ratio
 from cases.study import mjcf_edit
 from cases.study.plan import Study, Value
 from fsi.errors import SceneError
@@ -22,6 +23,7 @@ from fsi.toml_text import dumps
 DEFAULTS = {"output.timeline": False}  # a study keeps the log of every run; timelines on request
 MJCF = re.compile(r"bodies\.(?P<body>[^.]+)\.mjcf\.(?P<attribute>.+)")
 SCRIPT = "script."
+ENERGY_PERIOD, PEAK_PERIOD = "waves.Te", "waves.peak_period"
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,16 @@ def _sorted(keys: Mapping[str, object]) -> tuple[dict, dict, dict]:
 
 
 def _scene(study: Study, keys: Mapping[str, object]) -> Scene:
+    """The scene with keys set. The energy period of irregular waves is no key of a scene: it becomes a peak period."""
+    keys = dict(keys)
+    energy_period = keys.pop(ENERGY_PERIOD, None)
+    if energy_period is not None:
+        scene = _load(study, keys | {PEAK_PERIOD: energy_period})
+        keys[PEAK_PERIOD] = energy_period / energy_period_ratio(scene.waves)
+    return _load(study, keys)
+
+
+def _load(study: Study, keys: Mapping[str, object]) -> Scene:
     return load_scene(study.scene, [f"{key}={_toml(value)}" for key, value in keys.items()])
 
 

@@ -18,7 +18,7 @@ from fsi.errors import SceneError
 
 NEEDS = {  # routine -> names of which the study must have one, for each of these
     "damping_sweep": (("damping",),),
-    "power_matrix": (("Hm0", "wave_height"), ("Te", "Tp", "period")),
+    "power_matrix": (("Hm0", "wave_height"), ("Te", "peak_period", "period")),
     "rao": (("period", "omega", "frequency"),),
     "free_decay": (),
     "extreme": (("seed",),),

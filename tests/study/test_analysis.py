@@ -146,3 +146,13 @@ def test_power_matrix_is_the_mean_of_the_seeds():
     share = np.array([[1, 0, 0], [0, 0, 3]])
     expected = (data.power_matrix[0, 0] + 3 * data.power_matrix[1, 2]) / 4 * 8766
     assert annual_energy(data, share) == pytest.approx(float(expected))
+
+
+def test_power_of_an_irregular_sea_in_deep_water(flap_scene):
+    sea = {"kind": "irregular", "Hm0": 0.05, "peak_period": 0.9, "seed": 4, "components": 2000}
+    scene = flap_scene.model_validate(
+        flap_scene.model_dump() | {"waves": sea, "tank": {"min": [0, -5], "max": [5, 0.4]}}
+    )
+    energy_period = 0.9 * response.energy_period_ratio(scene.waves)
+    deep = 1000.0 * 9.81**2 * 0.05**2 * energy_period / (64 * math.pi)
+    assert response.incident_power(scene) == pytest.approx(deep, rel=0.02)

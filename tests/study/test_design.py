@@ -53,7 +53,8 @@ def test_the_hash_sees_the_contents_of_files_not_where_they_are(here):
 def test_a_script_makes_geometry(here):
     (here / "make.py").write_text(
         "def build(folder, height):\n"
-        "    (folder / 'flap.xml').write_text(f'<mujoco><worldbody><body name=\"b\" pos=\"0 0 {height}\"/></worldbody></mujoco>')\n"
+        '    body = f\'<body name="b" pos="0 0 {height}"/>\'\n'
+        "    (folder / 'flap.xml').write_text(f'<mujoco><worldbody>{body}</worldbody></mujoco>')\n"
         "    return {'bodies.b.mjcf': folder / 'flap.xml', 'tank.max[0]': 2 + height}\n"
     )
     made = design(
@@ -97,3 +98,10 @@ def test_includes_and_asset_folders_survive_a_move(here):
     assert root.find("compiler").get("meshdir") == str(here / "m")
     mjcf_edit.change(root, "body.inner.pos", [1, 2, 3], "main.xml")
     assert root.find(".//body").get("pos") == "1 2 3" and root.find("include") is None
+
+
+def test_an_energy_period_becomes_a_peak_period(here):
+    waves = '[waves]\nkind = "irregular"\nHm0 = 0.05\npeak_period = 1.0\nspectrum = "pierson_moskowitz"\n'
+    (here / "sea.toml").write_text((here / "tank.toml").read_text() + waves + "highest = 6.0\n")
+    made = design(study(here, "sea.toml", Te="waves.Te"), {"Te": 1.5}, here / "runs")
+    assert made.scene.waves.peak_period == pytest.approx(1.5 / 0.857, rel=2e-3)  # m-1/m0 of Pierson-Moskowitz
