@@ -56,7 +56,10 @@ def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]
     """Fault and fix of one error."""
     kind, given, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "extra_forbidden":
-        key, known = str(place[-1]), _known_keys(place[:-1], root)  # of all kinds of the part: the key may belong to another
+        key, known = (
+            str(place[-1]),
+            _known_keys(place[:-1], root),
+        )  # of all kinds of the part: the key may belong to another
         return "unknown key", _choice(key, [k for k in known if k != key], "known are {}")
     if kind == "missing":
         return "missing", "add it"
