@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from bodies import checks, pto, sensors
+from bodies.conditions import conditions
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.reach import Reach
@@ -46,6 +47,8 @@ class BodySet:
         )
         checks.check_driven(model, geoms, source)
         self.names = tuple(name_of(model, BODY, b) for b in self._bodies)
+        self._dry = np.array([b for b in range(model.nbody) if moves(model, b) and b not in self._bodies], int)
+        self.dry_names = tuple(name_of(model, BODY, b) for b in self._dry)
         self.mass = model.body_mass[self._bodies].copy()
         checks.check_mass(self.names, self.mass, source)
         self._joints = np.flatnonzero(np.isin(model.jnt_type, SINGLE))
@@ -105,6 +108,14 @@ class BodySet:
         """Mass matrix (nv, nv) of the joints, armature included [kg, kg m, kg m2]."""
         return self._stepper.inertia()
 
+    def dry_poses(self) -> tuple[np.ndarray, np.ndarray]:
+        """Position (d, 3) [m] of the centre of mass and rotation (d, 3, 3) of the bodies in `dry_names`."""
+        return self.data.xipos[self._dry].copy(), self.data.xmat[self._dry].reshape(-1, 3, 3).copy()
+
+    def conditions(self) -> list[str]:
+        """What holds now, in words: joints at a limit, contacts."""
+        return conditions(self.model, self.data)
+
     def energy(self) -> float:
         """Kinetic plus potential energy of everything MuJoCo moves, springs included [J]."""
         mujoco.mj_energyPos(self.model, self.data)
@@ -158,14 +169,14 @@ class BodySet:
         self._stepper.refresh()
 
     def visuals(self) -> list[Visual]:
-        """Triangle meshes of the geoms of wet bodies and of everything static, see `Visual`. Vertices are relative to
-        the centre of mass in the frame of the body, so that world = position + rotation @ vertex with `motion()`."""
+        """Triangle meshes of all geoms, see `Visual`. Vertices are relative to the centre of mass in the frame of the
+        body, so that world = position + rotation @ vertex with `motion()` or `dry_poses()`."""
         model, data = self.model, self.data
         shown = []
         for geom in range(model.ngeom):
             body = model.geom_bodyid[geom]
             surface = triangles(model, geom)
-            if surface is None or (moves(model, body) and body not in self._bodies):
+            if surface is None:
                 continue
             vertices = surface[0] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
             owner = ""

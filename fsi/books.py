@@ -123,7 +123,7 @@ class Books:
         return out
 
     def _body_series(self) -> dict:
-        motion = self.bodies.motion()
+        motion, (dry_position, dry_rotation) = self.bodies.motion(), self.bodies.dry_poses()
         return {
             "body_position": motion.position,
             "body_velocity": motion.velocity[:, :3],
@@ -131,6 +131,8 @@ class Books:
             "body_quaternion": quaternions(motion.rotation),
             "body_force": self.wrench[FIRST_BODY:, :3],
             "body_torque": self.wrench[FIRST_BODY:, 3:],
+            "dry_position": dry_position,
+            "dry_quaternion": quaternions(dry_rotation),
             **self.bodies.joints(),
             **self.bodies.sensors(self.wrench[FIRST_BODY:]),
         }

@@ -216,6 +216,7 @@ def _manifest(folder: RunFolder, sim):
             "audit": sim.audit(),
             **({"coupling": sim.coupling()} if sim.bodies else {}),
             "warnings": sim.warnings,
+            "events": [{"time": e.moment.time, "level": e.level, "text": e.text} for e in sim.events],
         }
         _write(folder, facts)
 
@@ -243,12 +244,10 @@ def _closing(recorders: list, sim):
 
 
 def _close(recorders: list, sim, level: str, text: str) -> None:
-    for recorder in recorders:
-        try:
-            for line in sim.warnings:
-                recorder.event(sim.time, sim.step_count, "warning", line)
-            recorder.event(sim.time, sim.step_count, level, text)
-        finally:
+    try:
+        sim.finish(level, text)
+    finally:
+        for recorder in recorders:
             recorder.end()
 
 

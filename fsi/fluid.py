@@ -114,6 +114,11 @@ class Fluid:
     def count(self) -> int:
         return len(self.position)
 
+    @property
+    def fields(self) -> dict[str, np.ndarray]:
+        """Values (n,) of the fluid particles besides speed and pressure, by name as in `output.fields`, for recorders."""
+        return {}
+
     def place(self, owner: int, position: np.ndarray, velocity: np.ndarray) -> None:
         """Move the boundary particles of an owner: position and velocity (b, dim)."""
         chosen = self.of_owner(owner)

@@ -17,7 +17,7 @@ from mcap.records import Channel, Footer, Message, Metadata
 from mcap.stream_reader import StreamReader
 
 from fsi.errors import SceneError
-from fsi.record_mcap import SeriesMessage
+from fsi.record_mcap import POSES, SeriesMessage
 from fsi.series import SERIES
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -55,7 +55,7 @@ class _Raw:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     rows: dict[str, dict[int, np.ndarray]] = field(default_factory=dict)
     times: dict[int, tuple[float, float]] = field(default_factory=dict)
-    bodies: list[str] = field(default_factory=list)
+    names: dict[str, list[str]] = field(default_factory=dict)
     events: list[tuple[float, str, str]] = field(default_factory=list)
     scene: dict[str, str] = field(default_factory=dict)
     complete: bool = False
@@ -114,11 +114,15 @@ def _sort_in(raw: _Raw, channel: Channel, message: Message) -> None:
         raw.times[row.step] = row.time, row.wall_time
     elif channel.topic == "/tf":
         poses = FrameTransforms.FromString(message.data).transforms
-        raw.bodies = [pose.child_frame_id for pose in poses]
-        xyz = [(pose.translation.x, pose.translation.y, pose.translation.z) for pose in poses]
-        wxyz = [(p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z) for p in poses]
-        raw.rows.setdefault("body_position", {})[message.sequence] = np.array(xyz)
-        raw.rows.setdefault("body_quaternion", {})[message.sequence] = np.array(wxyz)
+        xyz = np.array([(p.translation.x, p.translation.y, p.translation.z) for p in poses])
+        wxyz = np.array([(p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z) for p in poses])
+        start = 0
+        for kind, (position, quaternion) in POSES.items():
+            raw.names[kind] = json.loads(channel.metadata[kind])
+            own = slice(start, start := start + len(raw.names[kind]))
+            if raw.names[kind]:
+                raw.rows.setdefault(position, {})[message.sequence] = xyz[own]
+                raw.rows.setdefault(quaternion, {})[message.sequence] = wxyz[own]
     elif channel.topic == "/events":
         event = LogMessage.FromString(message.data)
         level = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_number[event.level].name.lower()
@@ -134,7 +138,7 @@ def _variable(name: str, raw: _Raw, steps: np.ndarray) -> Variable:
     else:  # from the poses
         known = SERIES[name]
         dims, units, long_name = known.dims, known.units, known.long_name
-        labels = {"body": raw.bodies, dims[1]: list("xyz" if dims[1] == "axis" else "wxyz")}
+        labels = {dims[0]: raw.names[dims[0]], dims[1]: list("xyz" if dims[1] == "axis" else "wxyz")}
         shape = tuple(len(labels[dim]) for dim in dims)
     nothing = np.full(shape, np.nan)
     values = (

@@ -8,7 +8,7 @@ part after, in the world frame about the body's centre of mass.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -51,6 +51,7 @@ class BodySet(Protocol):
     """The rigid bodies of a scene (`bodies.BodySet` is MuJoCo's)."""
 
     names: tuple[str, ...]  # wet bodies, in the order of the owners of their boundary particles
+    dry_names: tuple[str, ...]  # bodies that move and do not meet the fluid
     joint_names: tuple[str, ...]  # hinge and slide joints, in the order of the joint series
     joint_is_rotary: tuple[bool, ...]  # True where the joint is a hinge (rad, N m), False for a slide (m, N)
     joint_dof: np.ndarray  # (joints,) index of each of these joints in qvel and in joint accelerations (nv,)
@@ -66,6 +67,12 @@ class BodySet(Protocol):
 
     def inertia(self) -> np.ndarray:
         """Mass matrix (nv, nv) of the joints without the fluid [kg, kg m, kg m2]."""
+
+    def dry_poses(self) -> tuple[np.ndarray, np.ndarray]:
+        """Position (d, 3) [m] of the centre of mass and rotation (d, 3, 3), body to world, of the dry bodies."""
+
+    def conditions(self) -> list[str]:
+        """What holds now, in words that stay the same while it does: joints at a limit, contacts."""
 
     def energy(self) -> float:
         """Kinetic plus potential energy of everything MuJoCo moves [J]."""
@@ -95,7 +102,7 @@ class BodySet(Protocol):
 
 @dataclass(frozen=True)
 class Visual:
-    """A mesh to draw: `body` names its wet body ("" for what does not move), vertices (n, 3), triangles (m, 3)."""
+    """A mesh to draw: `body` names its body ("" for what does not move), vertices (n, 3), triangles (m, 3)."""
 
     name: str
     body: str
@@ -133,12 +140,29 @@ class Coupler(Protocol):
         """Added over own inertia (b,) of each body, as last measured; None where it was not."""
 
 
+class Moment(NamedTuple):
+    """An instant of a run: simulated time [s], step, wall time since the start [s]."""
+
+    time: float
+    step: int
+    wall_time: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something worth a line at its moment: `level` is `info`, `warning` or `error`."""
+
+    moment: Moment
+    level: str
+    text: str
+
+
 @dataclass
 class Frame:
     """What a recorder sees at one instant; arrays are views, valid until the next step.
 
     Scalars are named as in the run folder (`fsi.series`). Particles: position (n, dim), velocity (n, dim),
-    pressure (n,), in no fixed order.
+    pressure (n,), in no fixed order; `label` (n,) is the number of each at t = 0; `fields` further values (n,) by name.
     """
 
     time: float
@@ -148,6 +172,8 @@ class Frame:
     position: np.ndarray | None = None
     velocity: np.ndarray | None = None
     pressure: np.ndarray | None = None
+    label: np.ndarray | None = None
+    fields: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 class Recorder(Protocol):
@@ -159,6 +185,6 @@ class Recorder(Protocol):
 
     def particles(self, frame: Frame) -> None: ...
 
-    def event(self, time: float, step: int, level: str, text: str) -> None: ...
+    def event(self, event: Event) -> None: ...
 
     def end(self) -> None: ...

@@ -11,7 +11,7 @@ from threading import Thread
 import numpy as np
 
 from fsi.errors import RunError
-from fsi.protocols import BodySet, Frame, Recorder
+from fsi.protocols import BodySet, Event, Frame, Recorder
 from fsi.scene import Scene
 
 QUEUE_LENGTH = 8  # frames; the run waits for the writer beyond it, so that memory stays bounded
@@ -59,8 +59,8 @@ class Background:
     def particles(self, frame: Frame) -> None:
         self._hand_over("particles", _copy(frame))
 
-    def event(self, time: float, step: int, level: str, text: str) -> None:
-        self._hand_over("event", time, step, level, text)
+    def event(self, event: Event) -> None:
+        self._hand_over("event", event)
 
     def end(self) -> None:
         """Write out what is queued and close the streams; a second call does nothing."""

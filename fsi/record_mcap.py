@@ -1,8 +1,9 @@
 """The log of record, `run.mcap`: every time series, the body poses and the events, as typed protobuf messages.
 
 Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
-(foxglove.FrameTransforms, the bodies' centres of mass), `/events` (foxglove.Log). The log time is the simulated time,
-the sequence number the step. Chunks are small and written out at once, so that a killed run loses the last one only.
+(foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log). The log time
+is the simulated time, the sequence number the step. Chunks are small and written out at once, so that a killed run loses
+the last one only.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
-from fsi.protocols import BodySet, Frame
+from fsi.protocols import BodySet, Event, Frame
 from fsi.scene import Scene
 from fsi.scene_file import resolved_toml
 from fsi.series import column_names, describe, labels
 
 CHUNK_BYTES = 16 * 1024  # before compression: about ten frames of a scene with one body
 WORLD = "world"
-POSE = {"body_position", "body_quaternion"}  # these series are on /tf
+POSES = {"body": ("body_position", "body_quaternion"), "dry_body": ("dry_position", "dry_quaternion")}  # are on /tf
 
 
 def _series_message():
@@ -78,28 +79,28 @@ class McapRecorder:
     def series(self, frame: Frame) -> None:
         stamp = {"time": frame.time, "step": frame.step, "wall_time": frame.wall_time}
         for name, value in frame.series.items():
-            if name in POSE or np.size(value) == 0:
+            if any(name in pair for pair in POSES.values()) or np.size(value) == 0:
                 continue
             topic = f"/series/{name}"
             if topic not in self._channels:
                 self._open(topic, SeriesMessage, self._facts(name, np.shape(value)))
             self._add(topic, SeriesMessage(values=np.ravel(value), **stamp), frame.time, frame.step)
-        if frame.series.keys() >= POSE:
+        if frame.series.keys() >= set(POSES["body"]):
             if "/tf" not in self._channels:
-                self._open("/tf", FrameTransforms, {})
+                self._open("/tf", FrameTransforms, {kind: json.dumps(self._names[kind]) for kind in POSES})
             self._add("/tf", self._poses(frame), frame.time, frame.step)
         self._file.flush()
 
     def particles(self, frame: Frame) -> None:
         """Particles are on the timeline, not in the log."""
 
-    def event(self, time: float, step: int, level: str, text: str) -> None:
+    def event(self, event: Event) -> None:
         if "/events" not in self._channels:
             self._open("/events", LogMessage, {})
-        number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[level.upper()].number
-        message = LogMessage(level=number, message=text, name=self._scene_name)
-        message.timestamp.FromNanoseconds(_nanoseconds(time))
-        self._add("/events", message, time, step)
+        number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[event.level.upper()].number
+        message = LogMessage(level=number, message=event.text, name=self._scene_name)
+        message.timestamp.FromNanoseconds(_nanoseconds(event.moment.time))
+        self._add("/events", message, event.moment.time, event.moment.step)
         self._file.flush()
 
     def end(self) -> None:
@@ -110,12 +111,12 @@ class McapRecorder:
 
     def _poses(self, frame: Frame) -> FrameTransforms:
         message = FrameTransforms()
-        positions, quaternions = frame.series["body_position"], frame.series["body_quaternion"]
-        for name, position, (w, *xyz) in zip(self._names["body"], positions, quaternions, strict=True):
-            pose = message.transforms.add(parent_frame_id=WORLD, child_frame_id=name)
-            pose.timestamp.FromNanoseconds(_nanoseconds(frame.time))
-            pose.translation.x, pose.translation.y, pose.translation.z = position
-            pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w = *xyz, w
+        for kind, series in POSES.items():
+            for name, position, (w, *xyz) in zip(self._names[kind], *map(frame.series.get, series), strict=True):
+                pose = message.transforms.add(parent_frame_id=WORLD, child_frame_id=name)
+                pose.timestamp.FromNanoseconds(_nanoseconds(frame.time))
+                pose.translation.x, pose.translation.y, pose.translation.z = position
+                pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w = *xyz, w
         return message
 
     def _facts(self, name: str, shape: tuple[int, ...]) -> dict[str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fsi.colours import colour_map, packed
 from fsi.extras import require
-from fsi.protocols import BodySet, Frame
+from fsi.protocols import BodySet, Event, Frame
 from fsi.scene import Scene
 from fsi.scene_check import fluid_depth
 from fsi.series import SERIES, column_names, describe, labels
@@ -74,10 +74,9 @@ class TimelineRecorder:
         self._stream.log("world/fluid", points)
         self._stream.flush()
 
-    def event(self, time: float, step: int, level: str, text: str) -> None:
-        self._stream.set_time("sim_time", duration=time)
-        self._stream.set_time("step", sequence=step)
-        self._stream.log("events", rr.TextLog(text, level=level.upper()))
+    def event(self, event: Event) -> None:
+        self._set_time(*event.moment)
+        self._stream.log("events", rr.TextLog(event.text, level=event.level.upper()))
         self._stream.flush()
 
     def end(self) -> None:

@@ -67,8 +67,9 @@ def read_manifest(path: str | Path) -> dict:
 def load_run(path: str | Path):
     """The time series of a run as an `xarray.Dataset`, also of one that is still running or was killed.
 
-    Dimensions `time`, `axis`, `wxyz`, `body`, `joint`, `gauge`, `probe`; every variable has `units` and `long_name`;
-    coordinates `step` and `wall_time` run along `time`. Attributes: facts on the scene and on how the run ended.
+    Dimensions `time`, `axis`, `wxyz`, `body`, `dry_body`, `joint`, `gauge`, `probe`; every variable has `units` and
+    `long_name`; coordinates `step` and `wall_time` run along `time`. `event_time`, `event_level` and `event_text` run
+    along `event`. Attributes: facts on the scene and on how the run ended.
     Raises SceneError where the folder holds no log.
     """
     xarray = require("xarray", "report", "load_run")
@@ -88,6 +89,10 @@ def load_run(path: str | Path):
         facts = {"units": variable.units, "long_name": variable.long_name}
         dataset[name] = ("time", *variable.dims), variable.values, facts
         dataset = dataset.assign_coords(variable.labels)
+    times, levels, texts = zip(*sorted(log.events), strict=True) if log.events else ((), (), ())
+    dataset["event_time"] = "event", np.array(times, float), {"units": "s", "long_name": "time of the event"}
+    dataset["event_level"] = "event", np.array(levels, object), {"units": "1", "long_name": "info, warning or error"}
+    dataset["event_text"] = "event", np.array(texts, object), {"units": "1", "long_name": "what happened"}
     kinds = json.loads(log.scene.get("joint_kind", "[]"))
     if "joint" in dataset.dims:
         dataset = dataset.assign_coords(joint_kind=("joint", kinds))
@@ -97,7 +102,8 @@ def load_run(path: str | Path):
 def export(path: str | Path, to: str = "nc") -> Path:
     """Write the series of a run beside it, as `run.nc` (netCDF 4) or `run.csv`; returns the file.
 
-    The CSV has one row a time and one column for each element of each variable, headed e.g. `body_force.flap.x [N]`.
+    The CSV has one row a time and one column for each element of each variable, headed e.g. `body_force.flap.x [N]`;
+    it leaves the events out.
     """
     dataset = load_run(path)
     file = Path(path, f"run.{to}")
@@ -116,6 +122,8 @@ def export(path: str | Path, to: str = "nc") -> Path:
 def _write_csv(dataset, file: Path) -> None:
     heads, columns = ["time [s]"], [dataset["time"].values]
     for name, variable in dataset.data_vars.items():
+        if "time" not in variable.dims:
+            continue
         names = [list(map(str, dataset[dim].values)) for dim in variable.dims[1:]]
         for index in np.ndindex(variable.shape[1:]):
             label = ".".join([name, *(along[i] for along, i in zip(names, index, strict=True))])
@@ -137,7 +145,6 @@ def _attributes(manifest: dict, log) -> dict:
         "dimension": int(scene.get("dimension", 0)),
         **numbers,
         "log_complete": int(log.complete),
-        "events": "\n".join(f"{time:.6g} s {level}: {text}" for time, level, text in log.events),
     }
 
 

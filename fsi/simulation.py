@@ -13,10 +13,11 @@ import numpy as np
 from fsi import corrector
 from fsi.books import Books
 from fsi.errors import RunError
+from fsi.events import Watch
 from fsi.fluid import Fluid
 from fsi.layout import FIRST_BODY, build
 from fsi.movers import Motion, Movers
-from fsi.protocols import BodySet, Coupler, Frame, Recorder, Solid
+from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene import Scene
 from fsi.stability import Stability
 from fsi.threads import Team
@@ -83,6 +84,8 @@ class Simulation:
         self._passes = np.zeros(3)  # pressure updates, linear responses, most updates in a step
         self._due = {"series": 0.0, "particles": 0.0}
         self._stability = Stability(self)
+        self.events: list[Event] = []
+        self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
 
     def _movers(self, depth: float) -> Movers:
@@ -128,6 +131,10 @@ class Simulation:
         self.step_count += 1
         self._close(sums, impulse, wrench, motion, dt)
         with self._phase("record"):
+            for event in self._watch(
+                self.now, dt, wrench[FIRST_BODY:, :3], self._limits.previous or dt, self._limits.reason
+            ):
+                self._tell(event)
             for name in logged:
                 self._record(name)
 
@@ -175,6 +182,27 @@ class Simulation:
 
     # -------------------------------------------------------------------------------------- watching
 
+    @property
+    def now(self) -> Moment:
+        return Moment(self.time, self.step_count, clock.perf_counter() - self._began)
+
+    def report(self, level: str, text: str) -> None:
+        """An event now (`fsi.events`), for the recorders and `run.json`."""
+        self._tell(Event(self.now, level, text))
+
+    def finish(self, level: str, text: str) -> None:
+        """The last events of a run: what was still going on, the warnings, and how it ended."""
+        for event in self._watch.finish(self.now):
+            self._tell(event)
+        for line in self.warnings:
+            self.report("warning", line)
+        self.report(level, text)
+
+    def _tell(self, event: Event) -> None:
+        self.events.append(event)
+        for recorder in self.recorders:
+            recorder.event(event)
+
     @contextmanager
     def _phase(self, name: str):
         start = clock.perf_counter()
@@ -192,12 +220,12 @@ class Simulation:
             return
         if self.step_count:
             self._due[stream] = interval * math.floor(self.time / interval + 1e-3)
-        frame = Frame(self.time, self.step_count, clock.perf_counter() - self._began)
+        frame = Frame(*self.now)
         if stream == "series":
             frame.series = self.books.series()
         else:
             frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
-            frame.pressure = self.fluid.pressure_values
+            frame.pressure, frame.label, frame.fields = self.fluid.pressure_values, self.fluid.label, self.fluid.fields
         self._stability.logged = self.time
         for recorder in self.recorders:
             (recorder.series if stream == "series" else recorder.particles)(frame)

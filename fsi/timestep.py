@@ -24,6 +24,7 @@ class TimeStep:
     scene: Scene
     depth: float
     previous: float | None = None
+    reason: str = ""  # what set the last step
 
     def __post_init__(self):
         at_rest = self._others(0.0, self.scene.gravity)
@@ -53,7 +54,9 @@ class TimeStep:
         """The time step [s] for the coming step."""
         if self.scene.numerics.fixed_time_step:
             return self.scene.numerics.fixed_time_step
-        step = min(self.limits(speed, acceleration).values())
+        limits = self.limits(speed, acceleration)
+        self.reason = min(limits, key=limits.get)
+        step = limits[self.reason]
         if not math.isfinite(step):  # no gravity, no motion, no viscosity: nothing sets a scale but the run's length
             step = self.scene.duration / 100
         if self.previous is not None:

@@ -3,13 +3,14 @@
 import numpy as np
 
 from fsi.errors import RunError
-from fsi.protocols import Frame, Visual
+from fsi.protocols import Event, Frame, Moment, Visual
 
 
 class Flap:
     """A body set of one flap with a hinge, and a float with a slide."""
 
     names = ("flap", "float")
+    dry_names = ("crank",)
     joint_names = ("hinge", "heave")
     joint_is_rotary = (True, False)
     sensor_names = ()
@@ -19,7 +20,11 @@ class Flap:
     def visuals(self):
         corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
         faces = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
-        return [Visual("plate", "flap", corners, faces), Visual("ramp", "", corners, faces)]
+        return [
+            Visual("plate", "flap", corners, faces),
+            Visual("ramp", "", corners, faces),
+            Visual("arm", "crank", corners, faces),
+        ]
 
 
 def frame(step: int, bodies: bool = True) -> Frame:
@@ -36,6 +41,7 @@ def frame(step: int, bodies: bool = True) -> Frame:
         series |= {"joint_position": np.array([t, 2 * t]), "body_force": np.full((2, 3), t)}
         series["body_position"] = np.array([[t, 0, 1], [0, t, 2]])
         series["body_quaternion"] = np.array([[1, 0, 0, 0], [0.5, 0.5, 0.5, 0.5]])
+        series |= {"dry_position": np.array([[0, 0, t]]), "dry_quaternion": np.array([[0, 1, 0, 0]])}
     rng = np.random.default_rng(step)
     return Frame(
         time=t,
@@ -45,7 +51,12 @@ def frame(step: int, bodies: bool = True) -> Frame:
         position=rng.random((50, 2)),
         velocity=rng.random((50, 2)),
         pressure=rng.random(50),
+        label=rng.permutation(50),
     )
+
+
+def event(text: str, step: int = 0, level: str = "info") -> Event:
+    return Event(Moment(0.01 * step, step, 0.1 * step), level, text)
 
 
 class Simulation:
@@ -58,14 +69,24 @@ class Simulation:
         self.time, self.step_count, self.threads = 0.0, 0, threads or 1
         self.counts = {"fluid": 50, "wall": 10, "body": 0}
         self.memory_bytes, self.phases, self.warnings = 1000, {"pressure": np.float64(0.5)}, ["a warning"]
+        self.events = []
 
     def audit(self):
         return {"volume_drift": np.float64(1e-4)}
 
+    def tell(self, text, level="info"):
+        self.events.append(event(text, self.step_count, level))
+        for recorder in self.recorders:
+            recorder.event(self.events[-1])
+
+    def finish(self, level, text):
+        self.tell("a warning", "warning")
+        self.tell(text, level)
+
     def run(self, until, on_step=None):
         for recorder in self.recorders:
             recorder.begin(self.scene, self.bodies)
-            recorder.event(0.0, 0, "info", "start")
+        self.tell("start")
         while self.time < until - 1e-9:
             self.step_count += 1
             self.time = 0.01 * self.step_count

@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from stand_in import frame
+from stand_in import event, frame
 
 from fsi.errors import RunError
 from fsi.record import QUEUE_LENGTH, Background
@@ -26,8 +26,8 @@ class Memory:
     def particles(self, given):
         self.calls.append(given)
 
-    def event(self, time, step, level, text):
-        self.calls.append(text)
+    def event(self, given):
+        self.calls.append(given.text)
 
     def end(self):
         self.calls.append("end")
@@ -40,7 +40,7 @@ def test_frames_are_copies_in_order():
     given = frame(3)
     recorder.series(given)
     recorder.particles(given)
-    recorder.event(0.0, 1, "info", "hello")
+    recorder.event(event("hello"))
     given.series["elevation"][:] = -9
     given.position[:] = -9
     memory.go.release()
@@ -83,6 +83,6 @@ def test_fault_of_the_writer_is_raised_in_the_run():
     recorder.particles(frame(0))
     with pytest.raises(RunError, match="the log could not be written"):
         for step in range(1000):
-            recorder.event(0.0, step, "info", "on")
+            recorder.event(event("on", step))
         recorder.end()
     assert "end" not in memory.calls or memory.calls[-1] == "end"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
-from stand_in import frame
+from stand_in import event, frame
 
 from fsi import load_run
 from fsi.errors import RunError, SceneError
@@ -29,7 +29,7 @@ def run(scene, flap, tmp_path):
     folder.create(scene)
     recorder = McapRecorder(folder.path / "run.mcap")
     recorder.begin(scene, flap)
-    recorder.event(0.0, 0, "warning", "a shallow start")
+    recorder.event(event("a shallow start", level="warning"))
     for step in range(STEPS):
         recorder.series(frame(step))
     recorder.end()
@@ -120,7 +120,8 @@ def test_dataset_has_names_and_units(run):
     assert dataset.attrs["scene"] == "small"
     assert dataset.attrs["status"] == "done"
     assert dataset.attrs["width"] == 1.0
-    assert "a shallow start" in dataset.attrs["events"]
+    assert list(dataset["event_text"].values) == ["a shallow start"]
+    assert (dataset["event_time"].item(), dataset["event_level"].item()) == (0.0, "warning")
 
 
 def test_table_of_series_is_the_design():
@@ -134,6 +135,7 @@ def test_export(run):
     dataset = load_run(run)
     netcdf = xarray.load_dataset(export(run, "nc"), engine="h5netcdf")
     xarray.testing.assert_allclose(netcdf, dataset)
+    assert netcdf["event_text"].item() == "a shallow start"
     assert netcdf["pressure"].attrs["units"] == "Pa"
     lines = export(run, "csv").read_text().splitlines()
     heads = lines[0].split(",")

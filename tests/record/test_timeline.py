@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from stand_in import frame
+from stand_in import event, frame
 
 rerun = pytest.importorskip("rerun")
 
@@ -18,7 +18,7 @@ def chunks(scene, flap, tmp_path):
     """Entity path -> chunks of a recording of 120 series frames and 12 frames of particles."""
     recorder = TimelineRecorder(tmp_path / "run.rrd")
     recorder.begin(scene, flap)
-    recorder.event(0.0, 0, "info", "start")
+    recorder.event(event("start"))
     for step in range(120):
         recorder.series(frame(step))
         if step % 10 == 0:
