@@ -23,9 +23,10 @@ class Books:
         self.scene, self.fluid, self.bodies = scene, fluid, bodies
         k, dim = fluid.k, fluid.dim
         self.mass = float(k.mass)
-        self.kinetic = 0.5 * self.mass * float((fluid.velocity**2).sum())
-        self.potential = self._weight() * float(fluid.position[:, -1].sum())
-        self.momentum = self.mass * fluid.velocity.sum(0)
+        r = np.ones(fluid.count) if fluid.relative is None else fluid.relative
+        self.kinetic = 0.5 * self.mass * float(r @ (fluid.velocity**2).sum(1))
+        self.potential = self._weight() * float(r @ fluid.position[:, -1])
+        self.momentum = self.mass * (r @ fluid.velocity)
         self.energy_at_start = self.kinetic + self.potential
         self.body_work = self.wavemaker_work = 0.0
         self.volume = fluid.count * self._cell_volume()

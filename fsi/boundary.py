@@ -12,19 +12,19 @@ import numpy as np
 from numba import njit
 
 from fsi.compiled import kernel as compiled
-from fsi.lanes import at, claim, component, dot, other_vector, own_vector, store, zero, zero_vector
+from fsi.lanes import at, claim, component, dot, other, other_vector, own_vector, store, zero, zero_vector
 from fsi.sweeps import touches
 from fsi.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
 
 @cache
-def make_weights(lanes: int, dim: int, no_slip: bool):
-    """Once a step: sum W and sum W x_bj of each boundary particle into `weights` (b, 1 + DIM). With `no_slip` the
+def make_weights(lanes: int, dim: int, no_slip: bool, dense: bool):
+    """Once a step: sum W and sum r_j W x_bj of each boundary particle into `weights` (b, 1 + DIM). With `no_slip` the
     velocity of its row in `flow` becomes 2 u_b - sum W u_j / sum W, so that the fluid's velocity between the two is
     the wall's (Adami et al. 2012, eq. 22-23)."""
-    L, DIM = lanes, dim
+    L, DIM, R = lanes, dim, 2 * dim + 1
 
-    @compiled(lanes, dim, no_slip)
+    @compiled(lanes, dim, no_slip, dense)
     def collect(counter, bounds, groups, first, flow, weights, k):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((1 + 2 * DIM) * L, flow.dtype)
@@ -42,7 +42,7 @@ def make_weights(lanes: int, dim: int, no_slip: bool):
                     x_ij = x_i - other_vector(flow, j, 0, L, DIM)
                     w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
                     total = total + w
-                    lever = lever + x_ij * w
+                    lever = lever + x_ij * (w * other(flow, j, R, L) if dense else w)
                     if no_slip:
                         carried = carried + other_vector(flow, j, DIM, L, DIM) * w
                 store(t_, 0, total)
@@ -97,7 +97,7 @@ def make_drag(lanes: int, dim: int):
 @cache
 def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool = True):
     """Pressure of the boundary particles from the fluid's (Adami et al. 2012, eq. 27):
-    p_b = (sum W p_j + lift_b) / sum W, with lift_b = rho (g - a_b) . sum W x_bj (`make_lift`), for one pressure or
+    p_b = (sum W p_j + lift_b) / sum W, with lift_b = rho (g - a_b) . sum r_j W x_bj (`lift_of`), for one pressure or
     several columns of them. With `everywhere` off only groups that touch the box `low` to `high` take part."""
     L, DIM, M = lanes, dim, columns
     P = dim
@@ -134,7 +134,7 @@ def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool 
 
 @njit(nogil=True, cache=True)
 def lift_of(position, owner, centre, acceleration, twist, fall, density, weights, lift):
-    """lift (b, m) = rho (g - a_b) . sum W x_bj, g = fall (DIM,), for each column m of accelerations (m, owners, 6) of the
+    """lift (b, m) = rho (g - a_b) . sum r_j W x_bj, g = fall (DIM,), for each column m of accelerations (m, owners, 6) of the
     owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
     dim = position.shape[1]
     r, s = np.zeros(3), np.zeros(3)

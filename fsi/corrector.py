@@ -14,20 +14,20 @@ from fsi.compiled import helper
 from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, dot, minimum, other, other_vector, own, own_vector, store, zero, zero_vector
 from fsi.sweeps import DEFICIT, SUPPORT
-from fsi.terms import closeness, pressure_gradient, slope
+from fsi.terms import closeness, interface_gradient, partner, pressure_gradient, slope
 
 # Columns of the sums that the corrector leaves for each chunk.
 SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 4, 5, 6
 
 
 def sums_width(dim: int) -> int:
-    """Columns: maxima of speed^2 and acceleration^2, then sums of kinetic energy, height, volume / dr^dim and guarded
+    """Columns: maxima of speed^2 and acceleration^2, then sums of kinetic energy, r height, volume / dr^dim and guarded
     particles, then the momentum and the momentum lost in the sponge, component by component."""
     return MOMENTUM + 2 * dim
 
 
 @cache
-def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool):
+def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool):
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
     The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
@@ -35,10 +35,12 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     first, moment about `centre` (owners, DIM). In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
     of each of the zones (z, 4) [axis, start, end, rate]."""
     L, DIM = lanes, dim
-    P = dim
+    P, R = dim, dim + 1
 
     @helper(dim)
-    def guard(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, k, dt, taken):
+    def guard(
+        i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, mass, k, dt, taken
+    ):
         """Slow particle i against the wall particles of its list; returns whether it was slowed."""
         stopped = False
         for n in range(near, far):
@@ -53,7 +55,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                 if approach >= slowest:
                     continue
                 stopped = True
-                take_moment(i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, k.mass, taken)
+                take_moment(i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, mass, taken)
         return stopped
 
     @helper(dim)
@@ -72,7 +74,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
                     taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
 
-    @compiled(lanes, dim, guarded, sponge, shifted)
+    @compiled(lanes, dim, guarded, sponge, shifted, dense)
     def correct(
         counter, bounds, groups, trial, field, coefficients, label, position, velocity, pressure, fall, k, dt, zones,
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
@@ -90,13 +92,21 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                 s, e = group[g], group[g + 1]
                 x_i, p_i = own_vector(field, s, 0, L, DIM), own(field, s, P, L)
                 force, sparse = zero_vector(field, L, DIM), zero_vector(field, L, DIM)
+                if dense:
+                    r_i = own(field, s, R, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(field, j, 0, L, DIM)
                     f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    force = force + pressure_gradient(f, p_i, other(field, j, P, L), x_ij)
+                    if dense:
+                        r_j = partner(r_i, other(field, j, R, L))
+                        force = force + interface_gradient(f, p_i, other(field, j, P, L), r_i, r_j, x_ij)
+                    else:
+                        force = force + pressure_gradient(f, p_i, other(field, j, P, L), x_ij)
                     if shifted:
                         sparse = sparse + x_ij * f
+                if dense:
+                    force = force / r_i
                 store(t_, 0, force)
                 if shifted:
                     store(t_, (DIM + 1) * L, sparse)
@@ -110,6 +120,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     if label[i] < 0:  # a ghost, dropped after this
                         continue
                     m = i - s
+                    r = field[i, R] if dense else 1.0
+                    mass = k.mass * r
                     acceleration2, speed2 = 0.0, 0.0
                     for d in range(DIM):
                         velocity[i, d] += dt * k.gradient_factor * t_[d * L + m]
@@ -118,7 +130,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     if guarded and t_[DIM * L + m] < k.guard2:
                         sums[c, GUARDED] += guard(
                             i, base + span[g, 1], base + span[g, 2], lst, position, velocity,
-                            first, boundary, boundary_velocity, owner, centre, k, dt, impulse[c],
+                            first, boundary, boundary_velocity, owner, centre, mass, k, dt, impulse[c],
                         )  # fmt: skip
                     if sponge:
                         for z in range(zones.shape[0]):
@@ -126,7 +138,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                             if 0.0 < into <= 1.0:
                                 kept = 1.0 / (1.0 + dt * zones[z, 3] * into * into)
                                 for d in range(DIM):
-                                    sums[c, MOMENTUM + DIM + d] += k.mass * (1.0 - kept) * velocity[i, d]
+                                    sums[c, MOMENTUM + DIM + d] += mass * (1.0 - kept) * velocity[i, d]
                                     velocity[i, d] *= kept
                     for d in range(DIM):
                         speed2 += velocity[i, d] * velocity[i, d]
@@ -136,12 +148,12 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                         for d in range(DIM):
                             position[i, d] += reach * t_[(DIM + 1 + d) * L + m]
                     for d in range(DIM):
-                        sums[c, MOMENTUM + d] += k.mass * velocity[i, d]
+                        sums[c, MOMENTUM + d] += mass * velocity[i, d]
                     pressure[i] = field[i, P]
                     sums[c, SPEED2] = max(sums[c, SPEED2], speed2)
                     sums[c, ACCELERATION2] = max(sums[c, ACCELERATION2], acceleration2)
-                    sums[c, KINETIC] += 0.5 * k.mass * speed2
-                    sums[c, HEIGHT] += position[i, DIM - 1]
+                    sums[c, KINETIC] += 0.5 * mass * speed2
+                    sums[c, HEIGHT] += r * position[i, DIM - 1]
                     sums[c, VOLUME] += 1.0 / (1.0 - coefficients[i, DEFICIT])
 
     return correct

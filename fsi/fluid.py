@@ -42,6 +42,8 @@ class Fluid:
         self.pressure_values = layout.pressure.astype(self.dtype)
         self.label = np.arange(len(layout.position), dtype=np.int32)
         self.liquid = layout.liquid  # of each label; None where there is only one
+        density = np.array([liquid.density for liquid in scene.all_liquids])
+        self._relative = (density / density[0])[self.liquid] if np.ptp(density) > 0 else None
         self.boundary, self.owner = layout.boundary.copy(), layout.owner.copy()
         self.boundary_velocity = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
@@ -68,15 +70,16 @@ class Fluid:
         self.rheology = Rheology(self.scene, implicit, L, self.dtype, self.team) if special else None
         viscosity = numerics.wall_slip if laminar and not special else "none"
         shifted = self.scene.shifting > 0
-        self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted)
-        self._source = sweeps.make_source(L, D)
-        self._sweep = sweeps.make_sweep(L, D)
+        dense = self._relative is not None
+        self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted, dense)
+        self._source = sweeps.make_source(L, D, dense)
+        self._sweep = sweeps.make_sweep(L, D, dense)
         guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
-        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted)
+        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense)
         self._no_slip = laminar and numerics.wall_slip == "no_slip"
         self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None
         self._viscous = laminar or numerics.artificial_viscosity > 0
-        self._weights = boundary.make_weights(L, D, self._no_slip)
+        self._weights = boundary.make_weights(L, D, self._no_slip, dense)
         self._extrapolation = boundary.make_extrapolation(L, D)
 
     def _allocate(self) -> None:
@@ -101,14 +104,20 @@ class Fluid:
         self._sort = CellSort(self.grid, n, self.team)
         self._xs = np.zeros((dim, rows), np.float32)
         self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
-        width = self.rheology.columns if self.rheology else 8 if dim == 3 else 4
+        dense = self._relative is not None
+        width = 8 if dim == 3 else 6 if self.rheology or dense else 4
         self._flow = np.zeros((rows, width), self.dtype) if self._viscous else self._trial
-        self._field = np.zeros((rows, 4), self.dtype)
-        self._twin = np.zeros((rows, 4), self.dtype) if self.scene.numerics.sweeps > 1 else self._field
+        self._field = np.zeros((rows, 5 if dense and dim == 3 else 4), self.dtype)
+        self._twin = np.zeros_like(self._field) if self.scene.numerics.sweeps > 1 else self._field
         self._echoes = []
         self._coefficients = np.zeros((n, 5 if self.scene.shifting else 4), self.dtype)
 
     # -------------------------------------------------------------------------------------- one step
+
+    @property
+    def relative(self) -> np.ndarray | None:
+        """Density over the first liquid's (n,), None where all are the same."""
+        return None if self._relative is None else self._relative[self.label]
 
     @property
     def count(self) -> int:
@@ -147,10 +156,21 @@ class Fluid:
             self._sorted_velocity, self._sorted_owner, dt, self.fall, self._xs, *rows,
         )  # fmt: skip
         self._boundary_order = order
+        if self._relative is not None:
+            self._pack_density(n, b)
         kinds = [(self._sort, 0)] + ([(self._boundary_sort, n)] if b else [])
         self._near.update(self._sort, 0, self._xs, kinds)
         if b:
             self._boundary_near.update(self._boundary_sort, n, self._xs, kinds[:1])
+
+    def _pack_density(self, n: int, b: int) -> None:
+        """The column r of all rows (`fsi.sweeps`), also of the ghosts."""
+        R, relative = 2 * self.dim + 1, self.relative
+        if len(self.periodic.ghosts):
+            relative[self.periodic.ghosts] = relative[self.periodic.sources]
+        for rows, column in (self._flow, R), (self._trial, R), (self._field, self.dim + 1), (self._twin, self.dim + 1):
+            rows[:n, column] = relative
+            rows[n : n + b, column] = 0.0
 
     @property
     def _state(self) -> tuple[np.ndarray, ...]:
@@ -214,10 +234,11 @@ class Fluid:
         self.periodic.mirror(self._trial, slice(self.dim + 1, None))
 
     def driven(self) -> np.ndarray:
-        """Sum over the particles of their acceleration by gravity and other body forces (dim,) [m/s2]."""
+        """Sum over the particles of r times their acceleration by gravity and other body forces (dim,) [m/s2]."""
         real = self.label >= 0
-        total = real.sum() * self.fall
-        return total if self.fall_gradient is None else total + self.fall_gradient @ self.position[real].sum(0)
+        r = np.ones(real.sum()) if self._relative is None else self.relative[real]
+        total = r.sum() * self.fall
+        return total if self.fall_gradient is None else total + self.fall_gradient @ (r @ self.position[real])
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
@@ -265,18 +286,21 @@ class Fluid:
         (m, owners, 6) of the owners, exact because the pressure update is linear in them. Only the surroundings that a
         motion of the owners can reach in a step take part."""
         m, n, P = len(accelerations), self.count + self._solids, self.dim
-        if len(self._echoes) == 0 or self._echoes[0].shape[1] != P + m:
-            self._echoes = [np.zeros((len(self._field), P + m), self.dtype) for _ in range(2)]
+        dense = self._relative is not None
+        if len(self._echoes) == 0 or self._echoes[0].shape[1] != P + m + dense:
+            self._echoes = [np.zeros((len(self._field), P + m + dense), self.dtype) for _ in range(2)]
         field, twin = self._echoes
         for rows in (field, twin):
             rows[:n, :P] = self._field[:n, :P]
             rows[:n, P:] = 0.0
+            if dense:
+                rows[:n, P + m] = self._field[:n, P + 1]
         lift = np.zeros((self._solids, m), self.dtype)
         self._set_lift(accelerations, np.zeros_like(self._twist), np.zeros(P), lift)
         low, high = self._box_of(np.flatnonzero(np.abs(accelerations).max((0, 2)) > 0))
         reach = 2 * self.scene.smoothing_length
         extrapolation = boundary.make_extrapolation(self.lanes, P, m, everywhere=False)
-        echo = sweeps.make_echo(self.lanes, P, m)
+        echo = sweeps.make_echo(self.lanes, P, m, dense)
         near, shore = self._near, self._boundary_near
         wall = shore.bounds, shore.groups, self.count
         self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
@@ -289,7 +313,7 @@ class Fluid:
             field, twin = twin, field
             low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
             self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
-        return np.ascontiguousarray(field[:n, P:].T), self._wrenches(field, m)
+        return np.ascontiguousarray(field[:n, P : P + m].T), self._wrenches(field, m)
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""

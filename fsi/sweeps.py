@@ -1,6 +1,8 @@
 """Sweeps over the neighbours of the fluid, composed from the pair terms a scene needs and compiled for exactly those.
 
 Packed rows, fluid first and boundary after (DIM components a vector): `flow` [x, u], `trial` [x, p, u*], `field` [x, p].
+Between liquids of unequal density (`dense`) they also hold r, the density over the first liquid's and 0 for walls, in the
+column 2 DIM + 1 of `flow` and `trial` and after the pressures of `field`.
 Sums over a group's list run in vector lanes; what follows for each particle is plain scalar code. A factory returns the
 kernel for its arguments; a term that is switched off there is not compiled.
 """
@@ -14,13 +16,15 @@ import numpy as np
 from numba.extending import register_jitable
 
 from fsi.compiled import kernel as compiled
-from fsi.lanes import at, claim, dot, other, other_vector, own_vector, store, zero, zero_vector
+from fsi.lanes import at, claim, dot, other, other_vector, own, own_vector, store, zero, zero_vector
 from fsi.terms import (
     artificial_viscosity,
     closeness,
     divergence,
     kernel,
     laplacian_weight,
+    lightness,
+    partner,
     slope,
     viscous,
 )
@@ -59,18 +63,18 @@ def surface_gate(position_divergence):
 
 
 @cache
-def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool):
+def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool):
     """Viscosity and gravity (`fall`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's. `viscosity`: "none", "no_slip" where walls drag, "free_slip"."""
     L, DIM = lanes, dim
-    U = dim + 1
+    U, R = dim + 1, 2 * dim + 1
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
 
-    @compiled(lanes, dim, viscosity, artificial, shifted)
+    @compiled(lanes, dim, viscosity, artificial, shifted, dense)
     def predict(counter, bounds, groups, flow, trial, velocity, coefficients, fall, k, dt):
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty((3 + DIM) * L, flow.dtype)
+        t_ = np.empty((4 + DIM) * L, flow.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -83,6 +87,8 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     u_i = own_vector(flow, s, DIM, L, DIM)
                 weight, density, spread = zero(flow, L), zero(flow, L), zero(flow, L)
                 force = zero_vector(flow, L, DIM)
+                if dense:
+                    r_i, linked = own(flow, s, R, L), zero(flow, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(flow, j, 0, L, DIM)
@@ -91,6 +97,8 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     f = slope(t)
                     a = laplacian_weight(f, r2, k.eta2)
                     weight = weight + a
+                    if dense:
+                        linked = linked + a * lightness(r_i, partner(r_i, other(flow, j, R, L)))
                     density = density + kernel(t)
                     spread = spread + f * r2
                     if no_slip:
@@ -103,13 +111,19 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                         r2 = dot(x_ij, x_ij)
                         f = slope(closeness(r2, k.inverse_support))
                         if artificial:
-                            force = force + artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
+                            damping = artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
+                            if dense:
+                                r_j = other(flow, j, R, L)
+                                damping = damping * (r_j * lightness(r_i, r_j))
+                            force = force + damping
                         if free_slip:
                             force = force + viscous(laplacian_weight(f, r2, k.eta2), u_ij) * k.viscous_factor
                 store(t_, 0, weight)
                 store(t_, L, density)
                 store(t_, 2 * L, spread)
                 store(t_, 3 * L, force)
+                if dense:
+                    store(t_, (3 + DIM) * L, linked)
                 for i in range(s, e):
                     m = i - s
                     a_ii = k.laplacian_factor * t_[m]
@@ -117,6 +131,8 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     gate = surface_gate(filled)
                     missing = max(0.0, k.lattice_laplacian - a_ii)
                     deficit = 1.0 - k.density_factor * t_[L + m]
+                    if dense:
+                        a_ii, missing = k.laplacian_factor * t_[(3 + DIM) * L + m], missing / flow[i, R]
                     coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
                     coefficients[i, INNER] = 1.0 - gate
                     coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
@@ -130,13 +146,13 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
 
 
 @cache
-def make_source(lanes: int, dim: int):
+def make_source(lanes: int, dim: int, dense: bool):
     """The source of the pressure equation, div u*/dt + gamma (1 - rho/rho_lattice)/dt^2, and its first sweep, from the
     pressures of `trial` into `field`: p + alpha (J(p) - p), J(p) = (sum a_ij p_j - s_i) / a_ii (`fsi.pressure`)."""
     L, DIM = lanes, dim
-    P, U = dim, dim + 1
+    P, U, R = dim, dim + 1, 2 * dim + 1
 
-    @compiled(lanes, dim)
+    @compiled(lanes, dim, dense)
     def source(counter, bounds, groups, trial, field, coefficients, k, dt, alpha):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(2 * L, trial.dtype)
@@ -149,13 +165,18 @@ def make_source(lanes: int, dim: int):
                 s, e = group[g], group[g + 1]
                 x_i, u_i = own_vector(trial, s, 0, L, DIM), own_vector(trial, s, U, L, DIM)
                 outflow, pull = zero(trial, L), zero(trial, L)
+                if dense:
+                    r_i = own(trial, s, R, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(trial, j, 0, L, DIM)
                     r2 = dot(x_ij, x_ij)
                     f = slope(closeness(r2, k.inverse_support))
                     outflow = outflow + divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)
-                    pull = pull + laplacian_weight(f, r2, k.eta2) * other(trial, j, P, L)
+                    a = laplacian_weight(f, r2, k.eta2)
+                    if dense:
+                        a = a * lightness(r_i, partner(r_i, other(trial, j, R, L)))
+                    pull = pull + a * other(trial, j, P, L)
                 store(t_, 0, outflow)
                 store(t_, L, pull)
                 for i in range(s, e):
@@ -170,13 +191,13 @@ def make_source(lanes: int, dim: int):
 
 
 @cache
-def make_sweep(lanes: int, dim: int):
+def make_sweep(lanes: int, dim: int, dense: bool):
     """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
     beta (p - p_before) inside, plain J(p) at the free surface and in spray."""
     L, DIM = lanes, dim
-    P = dim
+    P, R = dim, dim + 1
 
-    @compiled(lanes, dim)
+    @compiled(lanes, dim, dense)
     def sweep(counter, bounds, groups, field, new, coefficients, k, alpha, beta):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(L, field.dtype)
@@ -189,12 +210,17 @@ def make_sweep(lanes: int, dim: int):
                 s, e = group[g], group[g + 1]
                 x_i = own_vector(field, s, 0, L, DIM)
                 pull = zero(field, L)
+                if dense:
+                    r_i = own(field, s, R, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(field, j, 0, L, DIM)
                     r2 = dot(x_ij, x_ij)
                     f = slope(closeness(r2, k.inverse_support))
-                    pull = pull + laplacian_weight(f, r2, k.eta2) * other(field, j, P, L)
+                    a = laplacian_weight(f, r2, k.eta2)
+                    if dense:
+                        a = a * lightness(r_i, partner(r_i, other(field, j, R, L)))
+                    pull = pull + a * other(field, j, P, L)
                 store(t_, 0, pull)
                 for i in range(s, e):
                     jacobi = (k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
@@ -206,13 +232,13 @@ def make_sweep(lanes: int, dim: int):
 
 
 @cache
-def make_echo(lanes: int, dim: int, columns: int):
+def make_echo(lanes: int, dim: int, columns: int, dense: bool):
     """The sweep without source, for the response of the pressure to motions of the boundary: several columns of
     pressures at once, in the groups that touch the box `low` to `high`."""
     L, DIM, M = lanes, dim, columns
-    P = dim
+    P, R = dim, dim + columns
 
-    @compiled(lanes, dim, columns)
+    @compiled(lanes, dim, columns, dense)
     def echo(counter, bounds, groups, field, new, coefficients, k, alpha, beta, low, high):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(M * L, field.dtype)
@@ -227,12 +253,17 @@ def make_echo(lanes: int, dim: int, columns: int):
                     continue
                 x_i = own_vector(field, s, 0, L, DIM)
                 pull = zero_vector(field, L, M)
+                if dense:
+                    r_i = own(field, s, R, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(field, j, 0, L, DIM)
                     r2 = dot(x_ij, x_ij)
                     f = slope(closeness(r2, k.inverse_support))
-                    pull = pull + laplacian_weight(f, r2, k.eta2) * other_vector(field, j, P, L, M)
+                    a = laplacian_weight(f, r2, k.eta2)
+                    if dense:
+                        a = a * lightness(r_i, partner(r_i, other(field, j, R, L)))
+                    pull = pull + a * other_vector(field, j, P, L, M)
                 store(t_, 0, pull)
                 for i in range(s, e):
                     inner = coefficients[i, INNER]

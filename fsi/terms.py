@@ -57,9 +57,28 @@ def mean_viscosity(mu_i, mu_j):
 
 
 @register_jitable
+def partner(r_i, r_j):
+    """r_j, the density of a neighbour over that of the first liquid; a wall, r_j = 0, is as dense as what it meets."""
+    return maximum(r_j, minimum(r_i, 1e6 - 1e12 * r_j))
+
+
+@register_jitable
+def lightness(r_i, r_j):
+    """Weight of a pair in the pressure equation of liquids of unequal density, 1 where both are 1 (Shao 2009, eq. 16)."""
+    return 2.0 / (r_i + r_j)
+
+
+@register_jitable
 def artificial_viscosity(f, r2, eta2, u_ij, x_ij):
     """Acceleration / (-alpha c h C V) between approaching particles (Monaghan 1992, eq. 4.2, linear part)."""
     return x_ij * (f * minimum(0.0, dot(u_ij, x_ij)) / (r2 + eta2))
+
+
+@register_jitable
+def interface_gradient(f, p_i, p_j, r_i, r_j, x_ij):
+    """`pressure_gradient` times r_i between unequal densities: p_i + p_j becomes twice the pressure at which both liquids
+    accelerate alike in between (Hu & Adams 2007, eq. 14), and a pair's forces still cancel."""
+    return x_ij * (f * lightness(r_i, r_j) * (r_j * p_i + r_i * p_j))
 
 
 @register_jitable
