@@ -90,6 +90,9 @@ class Books:
             "body_work": self.body_work,
             "dissipated_energy": self.dissipated,
             "wall_guard_stops": self.guarded,
+            "pressure_sweeps": self.fluid.sweeps,
+            "most_pressure_sweeps_in_a_step": self.fluid.most_sweeps,
+            "steps_without_converged_pressure": self.fluid.unsolved,
         }
 
     def series(self) -> dict:

@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fsi import boundary, corrector, sweeps
@@ -15,7 +13,7 @@ from fsi.lanes import width
 from fsi.layout import Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
-from fsi.pressure import HIGHEST, SOUND, chebyshev, iteration
+from fsi.pressure import iteration, solution
 from fsi.rheology import Rheology, varies, viscid
 from fsi.rows import gather, pack_boundary, pack_fluid
 from fsi.scene import Scene
@@ -36,7 +34,10 @@ class Fluid:
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = width(self.dtype)
         self.depth = layout.depth
-        self.iteration = iteration(scene.numerics)
+        self._solves = scene.numerics.solver == "converged"
+        how = solution(scene, layout.depth) if self._solves else iteration(scene.numerics)
+        self.weights = self.used = how.weights  # of the sweeps of a step, and of those that the last one took
+        self.sweeps, self.most_sweeps, self.unsolved = 0, 0, 0  # so far, in one step, steps that ran out of them
         self.k = sweep_constants(scene, layout.depth, self.dtype)
         self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
         self.pressure_values = layout.pressure.astype(self.dtype)
@@ -108,7 +109,7 @@ class Fluid:
         width = 8 if dim == 3 else 6 if self.rheology or dense else 4
         self._flow = np.zeros((rows, width), self.dtype) if self._viscous else self._trial
         self._field = np.zeros((rows, 5 if dense and dim == 3 else 4), self.dtype)
-        self._twin = np.zeros_like(self._field) if self.scene.numerics.sweeps > 1 else self._field
+        self._twin = np.zeros_like(self._field) if len(self.weights) > 1 else self._field
         self._echoes = []
         self._coefficients = np.zeros((n, 5 if self.scene.shifting else 4), self.dtype)
 
@@ -247,38 +248,43 @@ class Fluid:
         near = self._near
         self.team.run(
             self._source, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.k,
-            self.dtype(self.dt), self.dtype(self.iteration.weights[0][0]),
+            self.dtype(self.dt), self.dtype(self.weights[0][0]),
         )  # fmt: skip
         if self.scene.closed:
             self._balance_source()
         self.periodic.mirror(self._field, slice(self.dim, None))
-        if len(self.iteration.weights) > 1:
+        if len(self.weights) > 1:
             self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
-        for alpha, beta in self.iteration.weights[1:]:
-            self._extrapolate(self._field)
-            self._advance_pressure(alpha, beta)
+        self._relax(self.weights[1:], self.scene.numerics.pressure_tolerance if self._solves else None)
         if self.scene.closed:
             self._field[: self.count, self.dim] -= self._field[: self.count, self.dim][self.label >= 0].mean()
         self._extrapolate(self._field)
         return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
-    def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> None:
-        """Solve the pressure equation at the start, for fluid released from its initial state: sweeps until one changes
-        the pressure by less than tolerance times its maximum. Follows `begin`; leaves the velocities as they were."""
-        velocity = self.velocity.copy()
-        slowest = (SOUND * self.scene.smoothing_length * math.pi / (2 * self.depth)) ** 2
-        span = HIGHEST / min(slowest, 0.5)
-        self.predict()
-        self.pressure(acceleration)
-        n, P = self.count, self.dim
-        self._twin = self._field.copy()
-        for alpha, beta in chebyshev(most, span).weights:
+    def _relax(self, weights, tolerance: float | None) -> None:
+        """Sweeps with these weights, until one changes the pressure by less than tolerance times its maximum."""
+        taken = 0
+        for alpha, beta in weights:
             self._extrapolate(self._field)
             self._advance_pressure(alpha, beta)
-            change = np.abs(self._field[:n, P] - self._twin[:n, P]).max()
-            if change <= tolerance * np.abs(self._field[:n, P]).max():
+            taken += 1
+            if tolerance and self._change(self._twin) <= tolerance:
                 break
-        self.pressure_values[:] = self._field[:n, P]
+        else:
+            self.unsolved += tolerance is not None
+        self.used = self.weights[: 1 + taken]
+        self.sweeps, self.most_sweeps = self.sweeps + 1 + taken, max(self.most_sweeps, 1 + taken)
+
+    def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> None:
+        """Solve the pressure equation at the start, for fluid released from its initial state. Follows `begin`; leaves the
+        velocities as they were."""
+        velocity = self.velocity.copy()
+        self.predict()
+        self.pressure(acceleration)
+        self._twin = self._field.copy()
+        self._relax(solution(self.scene, self.depth, most).weights, tolerance)
+        self.sweeps = self.most_sweeps = 0
+        self.pressure_values[:] = self._field[: self.count, self.dim]
         self.velocity[:] = velocity
 
     def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -304,7 +310,7 @@ class Fluid:
         near, shore = self._near, self._boundary_near
         wall = shore.bounds, shore.groups, self.count
         self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
-        for alpha, beta in self.iteration.weights:
+        for alpha, beta in self.used:
             low, high = low - reach, high + reach
             self.team.run(
                 echo, near.bounds, near.groups, field, twin, self._coefficients, self.k,
@@ -338,8 +344,10 @@ class Fluid:
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""
+        return self._change(self._twin if len(self.weights) > 1 else self._trial)
+
+    def _change(self, last: np.ndarray) -> float:
         n, P = self.count, self.dim
-        last = self._twin if self.scene.numerics.sweeps > 1 else self._trial
         largest = float(np.abs(self._field[:n, P]).max(initial=0.0))
         return float(np.abs(self._field[:n, P] - last[:n, P]).max(initial=0.0)) / largest if largest > 0 else 0.0
 
@@ -401,7 +409,7 @@ class Fluid:
         coefficients = self._coefficients[: self.count]
         mean = coefficients[self.label >= 0, sweeps.SOURCE].mean()
         coefficients[:, sweeps.SOURCE] -= mean
-        weight = 1 + coefficients[:, sweeps.INNER] * self.dtype(self.iteration.weights[0][0] - 1)
+        weight = 1 + coefficients[:, sweeps.INNER] * self.dtype(self.weights[0][0] - 1)
         self._field[: self.count, self.dim] += weight * mean / coefficients[:, sweeps.DIAGONAL]
 
     def _advance_pressure(self, alpha: float, beta: float) -> None:

@@ -12,6 +12,11 @@ every sweep is Jacobi's: fragments of a few particles amplify under any other we
 Starting from the last pressure, k sweeps are one step of a slightly compressible fluid: a slow mode of eigenvalue l
 moves on by `gain` l of its way, so that sound travels at c = 0.378 h sqrt(gain) / dt (sum a_ij = 7 / (rho h^2) on a
 lattice, in two dimensions and in three). The gain is k for Jacobi's method and larger for Chebyshev's.
+
+`converged` goes on with Chebyshev's weights for the whole spectrum until a sweep changes the pressure by less than
+`pressure_tolerance` of its maximum, at most `MOST` sweeps; its time step is that of Chebyshev's `sweeps`, so that the
+two differ in nothing but the solution. The weights do not depend on the source: k sweeps are linear in it, and the
+response to a body's acceleration is exact when it takes as many.
 """
 
 from __future__ import annotations
@@ -19,10 +24,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fsi.scene import Numerics
+from fsi.scene import Numerics, Scene
 
 SOUND = 1 / math.sqrt(7)  # c dt / h for a gain of one
 HIGHEST = 1.35  # largest eigenvalue of D^-1 A met on disordered particles, in two and three dimensions
+MOST = 2000  # sweeps of a step to convergence
 SPAN = 30.0  # of the spectrum that Chebyshev's weights are made for
 
 
@@ -36,9 +42,17 @@ class Iteration:
 
 def iteration(numerics: Numerics) -> Iteration:
     """The sweeps of a step, as a scene asks for them."""
-    if numerics.solver == "chebyshev":
+    if numerics.solver in ("chebyshev", "converged"):
         return chebyshev(numerics.sweeps)
     return Iteration(((1.0, 0.0),) * numerics.sweeps, float(numerics.sweeps))
+
+
+def solution(scene: Scene, depth: float, most: int = MOST) -> Iteration:
+    """Sweeps that solve the pressure equation of a fluid `depth` metres high: as many as are needed of these."""
+    sides = [high - low for low, high in zip(scene.tank.min, scene.tank.max, strict=True)]
+    wave = max(sides) if scene.closed else 2 * depth  # half length of the slowest mode [m]
+    slowest = (SOUND * scene.smoothing_length * math.pi / wave) ** 2
+    return chebyshev(most, HIGHEST / min(slowest, 0.5))
 
 
 def chebyshev(sweeps: int, span: float = SPAN) -> Iteration:

@@ -218,8 +218,9 @@ class Numerics(Part):
     """The scheme; every figure's reason is in docs/numerics.md."""
 
     smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 1.5  # smoothing length / spacing
-    solver: Literal["explicit", "chebyshev"] = "chebyshev"  # weights of the pressure sweeps: Jacobi's, Chebyshev's
-    sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step
+    solver: Literal["explicit", "chebyshev", "converged"] = "chebyshev"  # pressure sweeps: Jacobi's, Chebyshev's, all
+    sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
+    pressure_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5  # of `converged`: last change over the largest value
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity

@@ -18,6 +18,7 @@ SOLVERS: dict[str, dict] = {
     "chebyshev4": {"solver": "chebyshev", "sweeps": 4},
     "chebyshev6": {"solver": "chebyshev", "sweeps": 6},
     "chebyshev8": {"solver": "chebyshev", "sweeps": 8},
+    "converged": {"solver": "converged"},
     "half_step": {"mach": 0.1, "courant": 0.1},
     "double_step": {"mach": 0.4, "courant": 0.4},
     "narrow": {"smoothing_ratio": 1.3},

@@ -91,7 +91,7 @@ def test_inviscid_pair_forces_keep_angular_momentum():
     assert abs(change + fluid.dt * torque + impulse[1, 4]) <= 1e-11 * abs(fluid.dt * torque)
 
 
-@pytest.mark.parametrize("solver", ["explicit", "chebyshev"])
+@pytest.mark.parametrize("solver", ["explicit", "chebyshev", "converged"])
 @pytest.mark.parametrize("sweeps", [1, 4])
 def test_responses_are_the_exact_changes_of_pressure_and_wrench(solver, sweeps):
     fluid = random_fluid(2, boundary=True, solver=solver, sweeps=sweeps)
