@@ -212,7 +212,7 @@ def _reflecting(scene: Scene) -> Iterator[str]:
         if part > REFLECTING:
             yield (
                 f"{key}: {length:.2f} wave lengths long, sends back about {100 * part:.0f} % of the wave height; "
-                f"make it about a wave length long with rate = {3 * omega:.2g}"
+                f"make it about a wave length long with rate = {2.5 * omega:.2g}"
             )
 
 

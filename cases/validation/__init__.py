@@ -19,6 +19,7 @@ MODULES = {
     "wavemaker": ("wavemaker_0.5", "wavemaker_1", "wavemaker_2", "wavemaker_3", "wave_decay"),
     "solitary_wave": ("solitary_wave",),
     "irregular_sea": ("irregular_sea",),
+    "active_absorption": ("active_absorption",),
     "dam_front": ("dam_front",),
     "drop": ("elliptical_drop", "oscillating_drop"),
     "taylor_green": ("taylor_green",),

@@ -13,6 +13,7 @@ import numpy as np
 
 from cases.validation.case import Case, Measure
 from cases.validation.separation import group_speed
+from cases.validation.wavemaker import NUMERICS
 from fsi.gauges import elevation
 from fsi.scene_waves import IrregularWaves
 from fsi.simulation import Simulation
@@ -71,7 +72,8 @@ def scene(spacing: float, folder) -> dict:
         "duration": START + RECORD,
         "tank": {"min": [0.0, -DEPTH], "max": [end, 2 * WAVES.Hm0]},
         "waves": WAVES.model_dump(exclude_none=True),
-        "damping": [{"start": SPONGE, "end": end, "rate": 3 * 2 * math.pi / WAVES.peak_period}],
+        "damping": [{"start": SPONGE, "end": end, "rate": 2.5 * 2 * math.pi / WAVES.peak_period}],
+        "numerics": NUMERICS,
     }
 
 

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from cases.validation.case import Case, Measure
+from cases.validation.wavemaker import NUMERICS
 from fsi.gauges import elevation
 from fsi.simulation import Simulation
 from fsi.waves.solitary import SolitaryPiston
@@ -62,6 +63,7 @@ def scene(spacing: float, folder) -> dict:
         "duration": passed,
         "tank": {"min": [0.0, -DEPTH], "max": [LENGTH, 0.6 * DEPTH]},
         "waves": {"kind": "solitary", "wave_height": HEIGHT * DEPTH},
+        "numerics": NUMERICS,
     }
 
 
