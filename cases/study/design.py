@@ -84,6 +84,9 @@ def _content(value: object) -> str:
                 compiler.attrib.pop(name, None)  # where the assets lie does not matter, what is in them does
         text = ElementTree.canonicalize(ElementTree.tostring(root, encoding="unicode"), strip_text=True)
         return "".join([hashlib.sha256(text.encode()).hexdigest(), *assets])
+    if not value.is_file() and ":" in value.name:  # FILE.py:NAME
+        name = value.name.rpartition(":")[0]
+        return _content(value.with_name(name)) + value.name
     return hashlib.sha256(value.read_bytes()).hexdigest() if value.is_file() else str(value)
 
 

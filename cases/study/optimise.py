@@ -11,10 +11,10 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
+from cases.study.judge import objective, violations
 from cases.study.plan import Parameter, Study
 from cases.study.points import Point, hypercube
 from cases.study.worker import Outcome
-from fsi.errors import SceneError
 from fsi.extras import require
 
 JOURNAL = "optuna.journal"
@@ -83,24 +83,6 @@ class Search:
         return {name: _rounded(parameters[name], values[name]) for name in parameters}
 
 
-def objective(study: Study, outcome: Outcome) -> float:
-    """The objective of a run, nan where it failed. Raises SceneError where its figures do not hold it."""
-    return _figure(outcome, study.objective.figure, "objective") if outcome.status == "done" else math.nan
-
-
-def violations(study: Study, outcome: Outcome) -> dict[str, float]:
-    """Constraint -> by how much a run breaks it; 0 or less keeps it."""
-    return {key: b.excess(_figure(outcome, key, f"constraints.{key}")) for key, b in study.constraints.items()}
-
-
-def _figure(outcome: Outcome, key: str, place: str) -> float:
-    figures = outcome.figures or {}
-    if key not in figures:
-        fix = f"a run has {', '.join(figures)}"
-        raise SceneError(f"no figure {key!r}", key=place, fix=fix)
-    return float(figures[key][1])
-
-
 def _rounded(parameter: Parameter, value):
     return float(f"{value:.9g}") if isinstance(value, float) else value
 
@@ -128,7 +110,7 @@ def _journal(optuna, file: Path):
     writers away, so that the journal needs none, which would outlive a kill."""
     from optuna.storages import journal
 
-    class SoleWriter(journal.BaseJournalFileLock):
+    class SoleWriter:
         def acquire(self) -> bool:
             return True
 

@@ -5,7 +5,6 @@ A routine adds variables to the dataset of a study, and facts for its report to 
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
@@ -13,7 +12,6 @@ import numpy as np
 from cases.study.bem import compare
 from cases.study.extremes import gumbel_fit, largest_of
 from cases.study.plan import Study
-from cases.study.results import names_in_order
 from fsi.errors import SceneError
 
 NEEDS = {  # routine -> names of which the study must have one, for each of these
@@ -133,36 +131,3 @@ def extreme(data, storm: float):
             attributes = {"units": facts["units"], "long_name": f"{facts['long_name']}, {text}"}
             data[f"{name}_{suffix}"] = values.dims[:-1], layer, attributes
     return data
-
-
-def best_row(data) -> dict | None:
-    """The best point of a study: its parameters, objective and figures; None without an objective or a run that keeps
-    the constraints."""
-    from cases.study.results import table
-
-    key = data.attrs.get("objective") or ("mean_power" if "mean_power" in data else "")
-    if not key:
-        return None
-    frame, sign = table(data), int(data.attrs.get("sense", 1))
-    good = feasible(data, frame)
-    if key not in frame or not good.any():
-        return None
-    place = (sign * frame[key].where(good)).idxmax()
-    row = frame.loc[place]
-    return {
-        "parameters": {name: row[name] for name in names_in_order(data)},
-        "objective": key,
-        "value": float(row[key]),
-        "run": row["run_hash"],
-        "figures": row.to_dict(),
-    }
-
-
-def feasible(data, frame):
-    """Which rows of a table are done and keep the constraints of the study, as booleans."""
-    good = frame["status"] == "done"
-    for key, limits in json.loads(data.attrs.get("constraints", "{}")).items():
-        if key in frame:
-            good &= frame[key] <= limits.get("max", math.inf)
-            good &= frame[key] >= limits.get("min", -math.inf)
-    return good

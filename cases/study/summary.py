@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+from cases.study.judge import best_row
 from cases.study.results import export
-from cases.study.routines import best_row
 
 
 def summary(data, tables: Iterable[str] = ()) -> dict:

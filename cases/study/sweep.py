@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from cases.study.design import Design, design
+from cases.study.judge import objective, violations
 from cases.study.plan import Study, Value
 from cases.study.points import points
 from cases.study.pool import open_pool
@@ -108,6 +109,9 @@ class _Progress:
 
     def _end(self, number: int, row: Row, feed, watch: Watch) -> None:
         self._rows[number] = row
+        if row.outcome.status == "done" and self.study.objective:  # a figure that no run has ends the study at once
+            objective(self.study, row.outcome)
+            violations(self.study, row.outcome)
         watch.add(row)
         feed.ended(number, row.outcome)
 

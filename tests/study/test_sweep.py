@@ -1,0 +1,185 @@
+"""Whole studies of a tiny tank: rows, reuse, failures, what a kill leaves, the table on disk."""
+
+import fcntl
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pandas
+import pyarrow.parquet
+import pytest
+from typer.testing import CliRunner
+
+import fsi
+from cases.study.results import export, load_results, table
+from cases.study.sweep import sweep
+from cases.study.worker import read_facts
+from fsi.commands import app
+from fsi.errors import SceneError
+
+
+def stamps(folder):
+    """When each run of a study was started."""
+    return {run.name: read_facts(run).get("started") for run in folder.glob("runs/*") if run.is_dir()}
+
+
+def test_a_study_is_a_dataset_and_is_not_run_twice(here):
+    data = sweep("study.toml", workers=0, quiet=True)
+    assert data["gauge_Hm0"].dims == ("width", "gauge") and data.width.values.tolist() == [1.0, 1.2, 1.4]
+    assert data.width.attrs["units"] == "m" and data.gauge_Hm0.attrs == {
+        "units": "m",
+        "long_name": "significant height",
+    }
+    assert (data.status == "done").all() and np.isfinite(data.crest_max).all()
+    folder = here / "studies/study"
+    before = stamps(folder)
+    assert set(before) == set(data.run_hash.values) and all(before.values())
+    text = (here / "study.toml").read_text().replace("1.4]", "1.4, 1.6]")
+    (here / "study.toml").write_text(text)
+    more = fsi.sweep("study.toml", workers=0, quiet=True)
+    after = stamps(folder)
+    assert len(after) == 4 and before.items() <= after.items()
+    assert more.sizes["width"] == 4 and load_results(folder).equals(more)
+    assert fsi.load_scene(folder / "runs" / more.run_hash.values[3] / "scene.toml").tank.max[0] == 1.6
+
+
+def test_a_failed_run_is_a_row_with_its_reason(here):
+    (here / "study.toml").write_text(
+        'scene = "tank.toml"\n[parameters.step]\nkey = "numerics.fixed_time_step"\nvalues = [0.01, 30.0, -1.0]\nunits = "s"\n'
+        '[set]\nduration = 60.0\ntank.max = [0.5, 0.5]\nspacing = 0.12\n[parameters.end]\nkey="duration"\nvalues=[0.1, 60.0]\n'
+        '[sampling]\nmethod = "list"\npoints = [{step=0.01, end=0.1}, {step=30.0, end=60.0}, {step=-1.0, end=0.1}]\n'
+    )  # the second loses its fluid in one step, the third is no scene
+    data = sweep("study.toml", workers=0, quiet=True)
+    assert data.status.values.tolist() == ["done", "failed", "invalid"]
+    assert "unstable" in data.reason.values[1] and "numerics.fixed_time_step: -1" in data.reason.values[2]
+    assert np.isfinite(data.crest_max.values[0]).all() and np.isnan(data.crest_max.values[1:]).all()
+    folder = here / "studies/study"
+    before = stamps(folder)
+    sweep("study.toml", workers=0, quiet=True)
+    assert stamps(folder) == before
+    sweep("study.toml", workers=0, quiet=True, retry=True)
+    assert sum(stamps(folder)[run] != before[run] for run in before) == 1
+    result = CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "0", "--json"])
+    facts = json.loads(result.stdout)
+    assert (facts["runs"], facts["done"], len(facts["reasons"])) == (3, 1, 2)
+
+
+def test_leftovers_of_a_killed_worker_are_run_again(here):
+    data = sweep("study.toml", workers=0, quiet=True)
+    run = here / "studies/study/runs" / data.run_hash.values[1]
+    (run / "run.json").write_text(json.dumps(read_facts(run) | {"status": "running"}))
+    (run / "run.mcap").write_bytes((run / "run.mcap").read_bytes()[:1000])
+    (run / "litter").mkdir()
+    again = sweep("study.toml", workers=0, quiet=True)
+    assert again.drop_vars("wall_seconds").equals(data.drop_vars("wall_seconds"))
+    assert read_facts(run)["status"] == "done" and not (run / "litter").exists()
+
+
+def test_a_run_that_another_process_is_at_is_waited_for(here):
+    data = sweep("study.toml", workers=0, quiet=True)
+    run = here / "studies/study/runs" / data.run_hash.values[0]
+    finished = (run / "run.json").read_text()
+    (run / "run.json").write_text(json.dumps(json.loads(finished) | {"status": "running"}))
+    with open(f"{run}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+
+        def end():
+            (run / "run.json").write_text(finished)
+            fcntl.flock(lock, fcntl.LOCK_UN)
+
+        threading.Timer(0.5, end).start()
+        start, before = time.perf_counter(), stamps(here / "studies/study")
+        sweep("study.toml", workers=0, quiet=True)
+        assert time.perf_counter() - start > 0.4 and stamps(here / "studies/study") == before
+
+
+def test_tables_hold_every_row_with_units(here):
+    data = sweep("study.toml", workers=0, quiet=True)
+    folder = here / "studies/study"
+    frame = table(data)
+    assert frame["width"].tolist() == [1.0, 1.2, 1.4] and "gauge_Hm0.middle" in frame
+    csv = pandas.read_csv(export(data, folder, "csv"))
+    assert np.allclose(csv["crest_max.middle [m]"], frame["crest_max.middle"])
+    parquet = pyarrow.parquet.read_table(export(data, folder, "parquet"))
+    assert parquet.schema.field("width").metadata == {b"units": b"m"}
+    assert np.allclose(parquet["crest_max.middle"].to_numpy(), frame["crest_max.middle"])
+
+
+def test_mistakes_stop_a_study_before_it_runs(here):
+    for change, fault in (
+        (('"tank.max[0]"', '"tank.mux[0]"'), "the scene has no tank.mux[0]"),
+        (('"tank.toml"', '"tonk.toml"'), "tonk.toml: no such file"),
+        (
+            ("[parameters.width]", '[objective]\nmaximise = "x"\n[parameters.width]'),
+            "objective: no figure 'x'; a run has gauge_Hm0.middle, crest_max.middle",
+        ),
+        (("[parameters.width]", 'routine = "rao"\n[parameters.width]'), "rao needs a parameter named period or omega"),
+    ):
+        (here / "bad.toml").write_text((here / "study.toml").read_text().replace(*change))
+        result = CliRunner().invoke(app, ["sweep", "bad.toml", "--workers", "0"])
+        assert result.exit_code == 2, result.output
+        assert fault in result.stderr
+    (here / "studies/study").mkdir()
+    with open(here / "studies/study/study.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(SceneError, match=r"another process is at work on .*study; wait for it to end"):
+            sweep("study.toml", workers=0)
+
+
+KILL = """
+import os, signal, sys
+from cases.study import worker
+run, left = worker._run, [int(sys.argv[1])]
+def and_die(job):
+    if left[0] == 0:
+        import threading
+        threading.Timer(0.05, lambda: os.kill(os.getpid(), signal.SIGKILL)).start()
+    left[0] -= 1
+    return run(job)
+worker._run = and_die
+from cases.study.sweep import sweep
+sweep("study.toml", workers=0, quiet=True)
+"""
+
+
+def test_a_study_killed_at_any_run_goes_on_where_it_was(here):
+    (here / "study.toml").write_text((here / "study.toml").read_text() + "[set]\nduration = 3.0\n")
+    done = subprocess.run([sys.executable, "-c", KILL, "1"], cwd=here, capture_output=True, timeout=120)
+    assert done.returncode == -signal.SIGKILL
+    folder = here / "studies/study"
+    states = {run.name: read_facts(run).get("status") for run in folder.glob("runs/*") if run.is_dir()}
+    assert sorted(map(str, states.values())) in (["done", "running"], ["None", "done"])
+    before = stamps(folder)
+    data = sweep("study.toml", workers=0, quiet=True)
+    assert (data.status == "done").all()
+    kept = next(run for run, status in states.items() if status == "done")
+    after = stamps(folder)
+    assert after[kept] == before[kept] and len(after) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [4.0, 8.0, 12.0])
+def test_workers_die_with_a_killed_study_and_nothing_is_repeated(here, seconds):
+    (here / "study.toml").write_text(
+        'scene = "tank.toml"\n[set]\nduration = 20.0\n[parameters.width]\nkey = "tank.max[0]"\n'
+        "min = 1.0\nmax = 1.7\ncount = 8\n"
+    )
+    command = [sys.executable, "-m", "fsi", "sweep", "study.toml", "--workers", "2"]
+    study = subprocess.Popen(command, start_new_session=True)
+    time.sleep(seconds)
+    study.kill()
+    study.wait()
+    time.sleep(2.0)
+    with pytest.raises(ProcessLookupError):
+        os.killpg(study.pid, 0)  # nobody is left of its session
+    folder = here / "studies/study"
+    runs = [run for run in folder.glob("runs/*") if run.is_dir()]
+    before = {run: read_facts(run)["started"] for run in runs if read_facts(run).get("status") == "done"}
+    data = sweep("study.toml", workers=2, quiet=True)
+    assert (data.status == "done").all() and data.sizes["width"] == 8
+    assert {run: read_facts(run)["started"] for run in before} == before
