@@ -75,7 +75,7 @@ class Fluid:
         self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted, dense)
         self._source = sweeps.make_source(L, D, dense)
         self._sweep = sweeps.make_sweep(L, D, dense)
-        guarded = numerics.wall_guard > 0 and len(self.boundary) > 0
+        guarded = self.scene.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense)
         self._no_slip = laminar and numerics.wall_slip == "no_slip"
         self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None

@@ -232,8 +232,8 @@ class Numerics(Part):
     shifting: NonNegative | None = (
         None  # A of the shift A h |u| dt grad C (Skillen et al. 2013); None: 6 without free surface
     )
-    wall_guard: NonNegative = (
-        0.8  # distance [spacing] to wall particles that a fluid particle is kept from crossing; 0 is off
+    wall_guard: NonNegative | None = (
+        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.8 in 2D, 1.0 in 3D
     )
     mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
@@ -291,6 +291,13 @@ class Scene(Part):
     def shifting(self) -> float:
         """Coefficient of the particle shift; 0 is off."""
         return (6.0 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
+
+    @property
+    def wall_guard(self) -> float:
+        """Distance [spacing] to wall particles that a fluid particle keeps; 0 is off. In three dimensions spheres of 0.8
+        spacings leave holes between the particles of a wall that is no lattice."""
+        guard = self.numerics.wall_guard
+        return (0.8 if self.dimension == 2 else 1.0) if guard is None else guard
 
     @property
     def layers(self) -> int:

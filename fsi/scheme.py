@@ -42,7 +42,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         shifting=scene.shifting * h * slope * volume,
-        guard=numerics.wall_guard * dr,
-        guard2=(numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
+        guard=scene.wall_guard * dr,
+        guard2=(scene.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )
     return Constants(*(dtype(v) for v in values))

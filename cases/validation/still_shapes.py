@@ -45,17 +45,18 @@ def bed_scene(profile: Profile):
     return scene
 
 
-def centre_of_water(profile: Profile) -> float:
-    """Height [m] of the centre of mass of water up to z = 0 over a profile whose x rises: -1/2 int d^2 / int d."""
+def water_over(profile: Profile) -> tuple[float, float]:
+    """Mean depth and height of the centre of mass [m] of water up to z = 0 over a profile from x = 0 to 1 m:
+    int d and -1/2 int d^2 / int d."""
     x, z = np.array(profile).T
     before, after, width = -z[:-1], -z[1:], np.diff(x)
-    area = (width * (before + after) / 2).sum()
-    return float(-(width * (before**2 + before * after + after**2) / 3).sum() / (2 * area))
+    depth = float((width * (before + after) / 2).sum())
+    return depth, -float((width * (before**2 + before * after + after**2) / 3).sum()) / (2 * depth)
 
 
 def _case(name: str, title: str, profile: Profile) -> Case:
     ends = [(0.0, -DEPTH), *profile, (1.0, -DEPTH)]
-    still = partial(Stillness, centre=centre_of_water(ends))
+    still = partial(Stillness, rest=water_over(ends))
     return Case(name, title, REFERENCE, FINE_2D, bed_scene(profile), still, TARGET_2D)
 
 
@@ -91,11 +92,11 @@ def planes_scene(spacing: float, folder: Path) -> dict:
     return {"dimension": 3, "duration": 5.0, "tank": tank | {"bathymetry": str(folder / "planes.stl")}}
 
 
-def centre_over_planes(count: int = 600) -> float:
-    """Height [m] of the centre of mass of the water over the two planes, by the midpoint rule."""
+def water_over_planes(count: int = 600) -> tuple[float, float]:
+    """The same for the water over the two planes, by the midpoint rule."""
     x = (np.arange(count) + 0.5) * SIDE / count
     depth = DEPTH - np.maximum(RISE_X * x[:, None], RISE_Y * x)
-    return float(-(depth**2).sum() / (2 * depth.sum()))
+    return float(depth.mean()), -float((depth**2).mean() / (2 * depth.mean()))
 
 
 CASES = {
@@ -122,7 +123,7 @@ CASES = {
             REFERENCE,
             FINE_3D,
             planes_scene,
-            partial(Stillness, centre=centre_over_planes()),
+            partial(Stillness, rest=water_over_planes()),
             TARGET_3D,
         ),
     )

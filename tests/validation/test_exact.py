@@ -17,8 +17,8 @@ from cases.validation.still_shapes import (
     RISE_X,
     RISE_Y,
     SIDE,
-    centre_of_water,
-    centre_over_planes,
+    water_over,
+    water_over_planes,
     write_bed,
     write_planes,
 )
@@ -115,8 +115,8 @@ def test_the_drop_in_a_central_field_oscillates_with_the_period_of_the_literatur
 
 
 def test_centres_of_water_over_planes():
-    assert centre_of_water([(0.0, -0.5), (1.0, -0.5)]) == pytest.approx(-0.25)
-    assert centre_of_water([(0.0, -0.6), (2.0, 0.0)]) == pytest.approx(-0.2)  # a triangle
+    assert water_over([(0.0, -0.5), (1.0, -0.5)]) == pytest.approx((0.5, -0.25))
+    assert water_over([(0.0, -0.6), (1.0, 0.0)]) == pytest.approx((0.3, -0.2))  # a triangle
 
 
 def test_the_ground_under_the_planes_is_closed(tmp_path):
@@ -131,7 +131,9 @@ def test_the_ground_under_the_planes_is_closed(tmp_path):
     rim = (area - SIDE**2) * DEPTH  # of water
     water = area * (DEPTH + 1.0) - mesh.volume - rim
     moment = -area * (DEPTH + 1.0) ** 2 / 2 - mesh.volume * mesh.center_mass[2] + rim * DEPTH / 2
-    assert moment / water == pytest.approx(centre_over_planes(), rel=1e-4)
+    depth, centre = water_over_planes()
+    assert water == pytest.approx(depth * SIDE**2, rel=1e-4)
+    assert moment / water == pytest.approx(centre, rel=1e-4)
 
 
 def test_the_plates_series_starts_at_rest_obeys_its_equation_and_ends_in_a_parabola():
