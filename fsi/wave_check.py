@@ -76,7 +76,8 @@ def wave_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
     if scene.waves is None:
         return []
-    return [*_KINDS.get(scene.waves.kind, lambda scene: ())(scene), *_speed(scene), *_reflecting(scene)]
+    own = _KINDS.get(scene.waves.kind, lambda scene: ())
+    return [*own(scene), *_speed(scene), *_reflecting(scene), *_duration(scene)]
 
 
 def wave_summary(scene: Scene) -> list[str]:
@@ -86,6 +87,8 @@ def wave_summary(scene: Scene) -> list[str]:
     motion = _motion(scene)
     back, forth = reach(scene.waves, water_depth(scene), scene.gravity)
     path = f"piston from {back:.3g} to {forth:.3g} m, at most {_fastest(scene, motion):.3g} m/s"
+    if hasattr(motion, "end"):
+        path += f", at rest from {motion.end:.3g} s on"
     zones = (
         f"{key}: {length:.2f} wave lengths at {rate:.1f} omega send back about {100 * part:.2g} %, by long-wave theory"
         for key, length, rate, part, _ in _echoes(scene)
@@ -134,7 +137,12 @@ def _echoes(scene: Scene) -> Iterator[tuple[str, float, float, float, float]]:
     omega [1/s]."""
     periods = [period for _, _, period in _trains(scene)]
     for n, zone in enumerate(scene.damping):
-        if not periods or zone.axis != "x" or "x+" not in scene.tank.walls or zone.end != scene.tank.max[0]:
+        if (
+            not periods
+            or zone.axis != "x"
+            or "x+" not in scene.tank.walls
+            or zone.end < scene.tank.max[0] - scene.spacing
+        ):
             continue
         omega = 2 * math.pi / max(periods)
         length, rate = (zone.end - zone.start) / _wave_length(scene, max(periods)), zone.rate / omega
@@ -214,6 +222,12 @@ def _reflecting(scene: Scene) -> Iterator[str]:
                 f"{key}: {length:.2f} wave lengths long, sends back about {100 * part:.0f} % of the wave height; "
                 f"make it about a wave length long with rate = {2.5 * omega:.2g}"
             )
+
+
+def _duration(scene: Scene) -> Iterator[str]:
+    end = getattr(_motion(scene), "end", 0.0)
+    if end > scene.duration:
+        yield f"duration: the run ends at {scene.duration:g} s, and the piston has made its waves at {end:.3g} s"
 
 
 def _fastest(scene: Scene, motion: Motion) -> float:

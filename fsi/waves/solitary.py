@@ -21,6 +21,7 @@ class SolitaryPiston:
         self.k = math.sqrt(0.75 * wave_height / (depth**2 * (depth + (wave_height if theory == "rayleigh" else 0.0))))
         self.half = wave_height / (self.k * depth)  # half of the endless path
         self.time = 2 * (TAIL / self.k + self.half * math.tanh(TAIL)) / self.speed
+        self.end = start + self.time
         self.stroke = 2 * self.half * math.tanh(TAIL)
 
     @property

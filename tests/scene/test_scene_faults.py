@@ -232,11 +232,20 @@ def test_waves_that_would_break_are_warned_of(scene_file):
                 "spacing: 0.02 m gives 8.0 particles over the shortest wave 0.16 m",
             ],
         ),
-        ('kind = "solitary"\nwave_height = 0.05', ["spacing: 0.02 m gives 2.5 particles over the wave height 0.05 m"]),
+        (
+            'kind = "solitary"\nwave_height = 0.05',
+            [
+                "spacing: 0.02 m gives 2.5 particles over the wave height 0.05 m",
+                "duration: the run ends at 2 s, and the piston has made its waves at 8.41 s",
+            ],
+        ),
         (
             'kind = "packet"\ngroups = [{wave_height = 0.1, period = 1.5, waves = 2},'
             "{wave_height = 0.4, period = 2, waves = 1}]",
-            ["waves.groups[1].wave_height: 0.4 m is 0.80 of the depth 0.5 m; waves break at about 0.78"],
+            [
+                "waves.groups[1].wave_height: 0.4 m is 0.80 of the depth 0.5 m; waves break at about 0.78",
+                "duration: the run ends at 2 s, and the piston has made its waves at 5 s",
+            ],
         ),
         (
             "wave_height = 0.1\nperiod = 1.5\n[[damping]]\nstart = 5\nend = 6",
