@@ -144,7 +144,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                         speed2 += velocity[i, d] * velocity[i, d]
                         position[i, d] += dt * velocity[i, d]
                     if shifted:
-                        reach = dt * k.shifting * math.sqrt(speed2) * coefficients[i, SUPPORT]
+                        reach = k.shifting * coefficients[i, SUPPORT]
                         for d in range(DIM):
                             position[i, d] += reach * t_[(DIM + 1 + d) * L + m]
                     for d in range(DIM):

@@ -71,8 +71,9 @@ class Fluid:
         self.rheology = Rheology(self.scene, implicit, L, self.dtype, self.team) if special else None
         viscosity = numerics.wall_slip if laminar and not special else "none"
         shifted = self.scene.shifting > 0
-        dense = self._relative is not None
-        self._predictor = sweeps.make_predictor(L, D, viscosity, numerics.artificial_viscosity > 0, shifted, dense)
+        dense, surface = self._relative is not None, not self.scene.closed
+        artificial = numerics.artificial_viscosity > 0
+        self._predictor = sweeps.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         self._source = sweeps.make_source(L, D, dense)
         self._sweep = sweeps.make_sweep(L, D, dense)
         guarded = self.scene.wall_guard > 0 and len(self.boundary) > 0

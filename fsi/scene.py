@@ -229,8 +229,8 @@ class Numerics(Part):
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
-    shifting: NonNegative | None = (
-        None  # A of the shift A h |u| dt grad C (Skillen et al. 2013); None: 6 without free surface
+    shifting: Annotated[float, Field(ge=0, le=0.7)] | None = (
+        None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
     )
     wall_guard: NonNegative | None = (
         None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.8 in 2D, 1.0 in 3D
@@ -290,7 +290,7 @@ class Scene(Part):
     @property
     def shifting(self) -> float:
         """Coefficient of the particle shift; 0 is off."""
-        return (6.0 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
+        return (0.5 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
 
     @property
     def wall_guard(self) -> float:

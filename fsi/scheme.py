@@ -41,7 +41,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         relaxation=density_relaxation(scene, depth),
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
-        shifting=scene.shifting * h * slope * volume,
+        shifting=scene.shifting * h * h * slope * volume,
         guard=scene.wall_guard * dr,
         guard2=(scene.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )

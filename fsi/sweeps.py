@@ -47,7 +47,7 @@ class Constants(NamedTuple):
     relaxation: float  # gamma
     density: float
     mass: float
-    shifting: float  # A h C V of the shift
+    shifting: float  # beta h^2 C V of the shift
     guard: float  # distance that the wall guard keeps
     guard2: float  # squared distance within which it looks
 
@@ -63,15 +63,16 @@ def surface_gate(position_divergence):
 
 
 @cache
-def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool):
+def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool):
     """Viscosity and gravity (`fall`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
-    deficit of the density against the lattice's. `viscosity`: "none", "no_slip" where walls drag, "free_slip"."""
+    deficit of the density against the lattice's. `viscosity`: "none", "no_slip" where walls drag, "free_slip". Without a
+    `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM = lanes, dim
     U, R = dim + 1, 2 * dim + 1
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
 
-    @compiled(lanes, dim, viscosity, artificial, shifted, dense)
+    @compiled(lanes, dim, viscosity, artificial, shifted, dense, surface)
     def predict(counter, bounds, groups, flow, trial, velocity, coefficients, fall, k, dt):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((4 + DIM) * L, flow.dtype)
@@ -128,7 +129,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     m = i - s
                     a_ii = k.laplacian_factor * t_[m]
                     filled = k.divergence_factor * t_[2 * L + m] / DIM
-                    gate = surface_gate(filled)
+                    gate = surface_gate(filled) if surface else 0.0
                     missing = max(0.0, k.lattice_laplacian - a_ii)
                     deficit = 1.0 - k.density_factor * t_[L + m]
                     if dense:
@@ -137,7 +138,8 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     coefficients[i, INNER] = 1.0 - gate
                     coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
                     if shifted:
-                        coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04))
+                        inside = min(1.0, max(0.0, (filled - 0.93) / 0.04)) if surface else 1.0
+                        coefficients[i, SUPPORT] = inside
                     for d in range(DIM):
                         velocity[i, d] += dt * (fall[d] - t_[(3 + d) * L + m])
                         trial[i, U + d] = velocity[i, d]

@@ -25,5 +25,5 @@ SOLVERS: dict[str, dict] = {
     "wide": {"smoothing_ratio": 2.0},
     "no_relaxation": {"density_relaxation": 0.0},
     "relaxation10": {"density_relaxation": _relaxed(10.0)},
-    "shifting": {"shifting": 6.0},
+    "shifting": {"shifting": 0.2},
 }
