@@ -8,11 +8,11 @@ velocities or pressures that are not finite. A run that cannot go on ends with a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from cases.validation.case import Case, Measure
+from cases.validation.leaks import Leaks
 from fsi.simulation import Simulation
 
 REFERENCE = (
@@ -26,7 +26,7 @@ class Audited:
     def begin(self, scene, bodies) -> None:
         pass
 
-    series = particles = end = lambda self, *frame: None
+    series = particles = event = end = lambda self, *frame: None
 
 
 class Bookkeeping(Measure):
@@ -34,29 +34,21 @@ class Bookkeeping(Measure):
 
     def begin(self, sim: Simulation) -> None:
         sim.recorders.append(Audited())
-        low, high = np.array(sim.scene.tank.min), np.array(sim.scene.tank.max)
-        closed = [f"{axis}{side}" in sim.scene.tank.walls for axis in self._axes(sim) for side in "-+"]
-        self.low, self.high = np.where(closed[::2], low, -math.inf), np.where(closed[1::2], high, math.inf)
-        floor = sim.books.mass * sim.scene.gravity * sim.fluid.count * low[-1]
-        self.at_start = sim.books.kinetic + sim.books.potential - floor
-        self.least = sim.books.kinetic + sim.books.potential
-        self.rise, self.leaks, self.infinite, self.books = 0.0, 0.0, 0.0, sim.books
-
-    def _axes(self, sim: Simulation) -> Sequence[str]:
-        return "xz" if sim.scene.dimension == 2 else "xyz"
+        self.at_start = self.least = sim.books.kinetic + sim.books.potential  # the floor is at z = 0
+        self.rise, self.leaks, self.infinite = 0.0, 0.0, 0.0
+        self.leak, self.books = Leaks(sim), sim.books
 
     def sample(self, sim: Simulation) -> None:
         fluid = sim.fluid
         energy = sim.books.kinetic + sim.books.potential
         self.rise = max(self.rise, energy - self.least)
         self.least = min(self.least, energy)
-        outside = ((fluid.position < self.low) | (fluid.position > self.high)).any(1).sum()
-        self.leaks = max(self.leaks, (fluid.lost + outside) / (fluid.count + fluid.lost))
+        self.leaks = max(self.leaks, self.leak.share(sim))
         self.infinite = max(self.infinite, 1 - np.isfinite(fluid.pressure_values).mean())
 
     def errors(self) -> dict[str, float]:
         return {
-            "leaks": float(self.leaks),
+            "leaks": self.leaks,
             "energy_rise": self.rise / self.at_start,
             "momentum": self.books.momentum_residual if self.books.audits else math.nan,
             "not_finite": float(self.infinite),
