@@ -77,7 +77,7 @@ def wave_warnings(scene: Scene) -> list[str]:
     if scene.waves is None:
         return []
     own = _KINDS.get(scene.waves.kind, lambda scene: ())
-    return [*own(scene), *_speed(scene), *_reflecting(scene), *_duration(scene)]
+    return [*own(scene), *_speed(scene), *_reflecting(scene), *_duration(scene), *_in_the_way(scene)]
 
 
 def wave_summary(scene: Scene) -> list[str]:
@@ -222,6 +222,13 @@ def _reflecting(scene: Scene) -> Iterator[str]:
                 f"{key}: {length:.2f} wave lengths long, sends back about {100 * part:.0f} % of the wave height; "
                 f"make it about a wave length long with rate = {2.5 * omega:.2g}"
             )
+
+
+def _in_the_way(scene: Scene) -> Iterator[str]:
+    furthest = scene.tank.min[0] + reach(scene.waves, water_depth(scene), scene.gravity)[1]
+    for name, gauge in scene.gauges.items():
+        if gauge.x < furthest:
+            yield f"gauges.{name}.x: {gauge.x:g} m lies in the path of the piston, which may come to {furthest:.3g} m"
 
 
 def _duration(scene: Scene) -> Iterator[str]:

@@ -254,6 +254,10 @@ def test_waves_that_would_break_are_warned_of(scene_file):
             ],
         ),
         ("wave_height = 0.1\nperiod = 1.5\n[[damping]]\nstart = 3\nend = 6", []),
+        (
+            "wave_height = 0.1\nperiod = 1.5\n[gauges.a]\nx = 0.04\n[gauges.b]\nx = 0.06",
+            ["gauges.a.x: 0.04 m lies in the path of the piston, which may come to 0.0463 m"],
+        ),
         ('kind = "table"\nfile = "fast.csv"', ["waves: the piston reaches 3 m/s, 1.35 of sqrt(g depth)"]),
     ],
 )
