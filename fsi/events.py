@@ -12,6 +12,7 @@ from fsi.protocols import BodySet, Event, Moment
 from fsi.scene import Scene
 
 IMPACT_TIME = 0.2  # of the mean that an impact stands out of, in sqrt(depth / g)
+SETTLED = 3  # IMPACT_TIMEs after the start, from which on the mean has a past
 REARM = 0.5  # share of the threshold under which an impact is over
 CUT = 0.5  # share of the time step so far, under which a step is cut
 FORGET = 0.01  # share of its excess that the time step so far loses in every step
@@ -64,7 +65,7 @@ class Impacts:
         threshold = np.maximum(self.weight, np.linalg.norm(self._mean, axis=1))
         excess = np.linalg.norm(force - self._mean, axis=1) / threshold
         self._mean += -math.expm1(-dt / self.period) * (force - self._mean)
-        for b in np.flatnonzero(excess > 1):
+        for b in np.flatnonzero(excess > 1) if now.time > SETTLED * self.period else ():
             size = float(np.linalg.norm(force[b]))
             start, _, peak = self._open.get(b, (now.time, now, 0.0))
             if size > peak:

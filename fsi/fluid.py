@@ -127,8 +127,13 @@ class Fluid:
 
     @property
     def fields(self) -> dict[str, np.ndarray]:
-        """Values (n,) of the fluid particles besides speed and pressure, by name as in `output.fields`, for recorders."""
-        return {}
+        """Values (n,) of the fluid particles besides speed and pressure, by name as in `output.fields`, for recorders;
+        those of viscosity are of the last step."""
+        fields = {} if self.liquid is None else {"liquid": self.liquid[self.label]}
+        if self.rheology:
+            found = self.rheology.fields(self._flow, len(self._kept)).items()
+            fields |= {name: f[self._kept] if len(f) else np.zeros(self.count) for name, f in found}
+        return fields
 
     def place(self, owner: int, position: np.ndarray, velocity: np.ndarray) -> None:
         """Move the boundary particles of an owner: position and velocity (b, dim)."""
@@ -157,7 +162,7 @@ class Fluid:
             order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.owner, self._sorted_boundary,
             self._sorted_velocity, self._sorted_owner, dt, self.fall, self._xs, *rows,
         )  # fmt: skip
-        self._boundary_order = order
+        self._boundary_order, self._kept = order, np.ones(n, bool)
         if self._relative is not None:
             self._pack_density(n, b)
         kinds = [(self._sort, 0)] + ([(self._boundary_sort, n)] if b else [])
@@ -208,7 +213,7 @@ class Fluid:
 
     def _drop_ghosts(self) -> None:
         if self.periodic.axes:
-            real = self.label >= 0
+            real = self._kept = self.label >= 0
             self._state = [a[real] for a in self._state]
 
     def predict(self) -> None:

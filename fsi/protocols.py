@@ -162,7 +162,8 @@ class Frame:
     """What a recorder sees at one instant; arrays are views, valid until the next step.
 
     Scalars are named as in the run folder (`fsi.series`). Particles: position (n, dim), velocity (n, dim),
-    pressure (n,), in no fixed order; `label` (n,) is the number of each at t = 0; `fields` further values (n,) by name.
+    pressure (n,), in no fixed order; `label` (n,) is the number of each at t = 0; `fields` further values (n,) by name;
+    `drawn` the share of all particles that the frame holds.
     """
 
     time: float
@@ -174,6 +175,7 @@ class Frame:
     pressure: np.ndarray | None = None
     label: np.ndarray | None = None
     fields: dict[str, np.ndarray] = field(default_factory=dict)
+    drawn: float = 1.0
 
 
 class Recorder(Protocol):

@@ -10,15 +10,19 @@ from threading import Thread
 
 import numpy as np
 
-from fsi.errors import RunError
+from fsi.errors import RunError, SceneError
+from fsi.particle_fields import fraction, thinned
 from fsi.protocols import BodySet, Event, Frame, Recorder
 from fsi.scene import Scene
 
 QUEUE_LENGTH = 8  # frames; the run waits for the writer beyond it, so that memory stays bounded
 
 
-def open_recorders(scene: Scene, folder: Path) -> list[Recorder]:
-    """Recorders of the streams that the scene asks for; the packages of the others are not imported."""
+def open_recorders(scene: Scene, folder: Path, live: str | None = None) -> list[Recorder]:
+    """Recorders of the streams that the scene asks for; the packages of the others are not imported.
+    `live`: address of a viewer that the timeline is sent to as well."""
+    if live and not scene.output.timeline:
+        raise SceneError("the live view shows the timeline", key="output.timeline", fix="set it to true")
     streams: list[Recorder] = []
     if scene.output.mcap:
         from fsi.record_mcap import McapRecorder
@@ -27,7 +31,7 @@ def open_recorders(scene: Scene, folder: Path) -> list[Recorder]:
     if scene.output.timeline:
         from fsi.record_timeline import TimelineRecorder
 
-        streams.append(TimelineRecorder(folder / "run.rrd"))
+        streams.append(TimelineRecorder(folder / "run.rrd", live))
     return [Background(streams)] if streams else []
 
 
@@ -50,14 +54,18 @@ class Background:
                 recorder.begin(scene, bodies)
         except OSError as fault:
             raise _run_error(fault) from fault
+        self._scene, self._fraction = scene, None
         self._thread = Thread(target=self._write, name="recorder", daemon=True)
         self._thread.start()
 
     def series(self, frame: Frame) -> None:
-        self._hand_over("series", _copy(replace(frame, position=None, velocity=None, pressure=None)))
+        self._hand_over("series", _copy(replace(frame, position=None, velocity=None, pressure=None, label=None)))
 
     def particles(self, frame: Frame) -> None:
-        self._hand_over("particles", _copy(frame))
+        """Hand over the share of the particles that is drawn."""
+        if self._fraction is None:
+            self._fraction = fraction(self._scene, len(frame.position))
+        self._hand_over("particles", _copy(thinned(frame, self._fraction)))
 
     def event(self, event: Event) -> None:
         self._hand_over("event", event)
@@ -110,4 +118,5 @@ def _copy(frame: Frame) -> Frame:
         if (array := getattr(frame, name)) is not None
     }
     series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
-    return replace(frame, series=series, **single)
+    fields = {name: np.array(values, np.float32) for name, values in frame.fields.items()}
+    return replace(frame, series=series, fields=fields, label=None, **single)

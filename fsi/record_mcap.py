@@ -1,9 +1,9 @@
 """The log of record, `run.mcap`: every time series, the body poses and the events, as typed protobuf messages.
 
 Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
-(foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log). The log time
-is the simulated time, the sequence number the step. Chunks are small and written out at once, so that a killed run loses
-the last one only.
+(foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log), `/particles`
+(foxglove.PointCloud) with `output.cloud`. The log time is the simulated time, the sequence number the step. Chunks are
+small and written out at once, so that a killed run loses the last one only.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from pathlib import Path
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
@@ -21,6 +23,7 @@ from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
+from fsi.particle_fields import FIELDS, spatial, values
 from fsi.protocols import BodySet, Event, Frame
 from fsi.scene import Scene
 from fsi.scene_file import resolved_toml
@@ -57,7 +60,7 @@ class McapRecorder:
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         self._names = labels(scene, bodies)
         self._rotary = tuple(bodies.joint_is_rotary) if bodies else ()
-        self._scene_name = scene.name
+        self._scene_name, self._cloud = scene.name, scene.output.fields if scene.output.cloud else ()
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._file = self._path.open("wb")
@@ -92,7 +95,23 @@ class McapRecorder:
         self._file.flush()
 
     def particles(self, frame: Frame) -> None:
-        """Particles are on the timeline, not in the log."""
+        """The particles as a point cloud of x, y, z and the fields of the scene, all float32, where `output.cloud` asks
+        for it; else they are on the timeline alone."""
+        if not self._cloud:
+            return
+        names = ("x", "y", "z", *self._cloud)
+        if "/particles" not in self._channels:
+            units = {"units": json.dumps({n: FIELDS[n].units for n in self._cloud} | dict.fromkeys("xyz", "m"))}
+            self._open("/particles", PointCloud, units)
+        columns = [*spatial(frame.position).T, *(values(frame, name) for name in self._cloud)]
+        rows = np.ascontiguousarray(np.stack(columns, axis=1), np.float32)
+        message = PointCloud(frame_id=WORLD, point_stride=4 * len(names), data=rows.tobytes())
+        message.timestamp.FromNanoseconds(_nanoseconds(frame.time))
+        message.pose.orientation.w = 1.0
+        for n, name in enumerate(names):
+            message.fields.add(name=name, offset=4 * n, type=PackedElementField.FLOAT32)
+        self._add("/particles", message, frame.time, frame.step)
+        self._file.flush()
 
     def event(self, event: Event) -> None:
         if "/events" not in self._channels:

@@ -7,71 +7,73 @@ from __future__ import annotations
 
 import errno
 import shutil
+import time as clock
 from pathlib import Path
 
 import numpy as np
 
-from fsi.colours import colour_map, packed
 from fsi.extras import require
+from fsi.particle_fields import levels, raster, spatial
 from fsi.protocols import BodySet, Event, Frame
 from fsi.scene import Scene
 from fsi.scene_check import fluid_depth
-from fsi.series import SERIES, column_names, describe, labels
+from fsi.series import column_names, describe, labels
+from fsi.timeline_layout import blueprint, class_of, classes, log_legend
 
 rr = require("rerun", "viewer", "output.timeline = true")
-rrb = require("rerun.blueprint", "viewer", "output.timeline = true")
 
-BUFFERED_FRAMES = 50  # series frames that are written together; one by one they cost 0.1 ms each
+BUFFERED_FRAMES = 500  # series frames that are written together; each batch has an overhead of about 1 kB a series
+BUFFERED_SECONDS = {False: 20.0, True: 0.5}  # of wall time after which they are written at the latest; in a live view
 LEAST_FREE = 2**20  # bytes on the disk, under which it counts as full
-ARROW = 0.3  # length of a wrench arrow, in depths of the fluid, for a force that is the weight of the heaviest body
-
-ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
-PLOTS = (  # tabs under each other: title and series; left out where the scene has no such body, joint, gauge or probe
-    {name: (name,) for name in ("joint_position", "joint_velocity", "joint_force", "pto_power", "body_position")},
-    {name: (name,) for name in ("elevation", "body_force", "body_torque", "pressure")},
-    {"energy": ENERGIES, **{name: (name,) for name in ("potential_energy", "time_step", "max_speed")}},
-)
+ARROW = 0.3  # length of a force arrow, in depths of the fluid, for the weight of the heaviest body
+ARC = 13  # points of the arc that is a torque in two dimensions
+SLICE = 3.0  # width in spacings of a body that is drawn in two dimensions
+FORCE, TORQUE = 0xD02020FF, 0x8030C0FF
+GAUGE, PROBE = 0xC06000FF, 0xD04080FF
 
 
 class TimelineRecorder:
-    """Writes `run.rrd`. Colours have one range for the whole run, which the view's title states."""
+    """Writes `run.rrd`, and sends the same to the viewer at the address `live` if there is one. Colours have one range
+    for the whole run, which the legend states."""
 
-    def __init__(self, path: Path):
-        self._path = path
+    def __init__(self, path: Path, live: str | None = None):
+        self._path, self._live = path, live
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         self._scene, self._names = scene, labels(scene, bodies)
         self._rotary = tuple(bodies.joint_is_rotary) if bodies else ()
-        self._colours = packed(colour_map())
-        self._low, self._high = colour_range(scene)
         self._buffer: list[Frame] = []
+        self._written = clock.monotonic()
         self._named: set[str] = set()
-        weight = max(bodies.mass) * max(scene.gravity, 1) if bodies and len(bodies.names) else 1.0
-        self._arrow = ARROW * fluid_depth(scene) / weight
+        self._weight = float(max(bodies.mass) * max(scene.gravity, 1)) if bodies and len(bodies.names) else 0.0
+        self._depth = float(fluid_depth(scene))
         self._path.touch()  # rerun itself only prints that it cannot write
         self._stream = rr.RecordingStream("spindrift", send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
-        self._stream.save(self._path, default_blueprint=self._blueprint())
+        layout = blueprint(scene, self._names, lambda name: self._described(name).units, self._live is not None)
+        sinks = [rr.FileSink(self._path), *([rr.GrpcSink(self._live)] if self._live else [])]
+        self._stream.set_sinks(*sinks, default_blueprint=layout)
         self._log_fixed(bodies)
         self._stream.flush()
 
     def series(self, frame: Frame) -> None:
         self._buffer.append(frame)
-        if len(self._buffer) >= BUFFERED_FRAMES:
+        waited = clock.monotonic() - self._written > BUFFERED_SECONDS[self._live is not None]
+        if waited or len(self._buffer) >= BUFFERED_FRAMES:
             self._write_series()
 
     def particles(self, frame: Frame) -> None:
+        """Draw the particles; their positions are rounded to the raster and their fields to 256 steps."""
         if shutil.disk_usage(self._path.parent).free < LEAST_FREE:  # rerun itself would only print that
             raise OSError(errno.ENOSPC, "no space left", str(self._path))
-        self._write_series()
         self._set_time(frame.time, frame.step, frame.wall_time)
-        speed = self._scene.output.colour == "speed"
-        values = np.linalg.norm(frame.velocity, axis=1) if speed else frame.pressure
-        level = (values - self._low) / (self._high - self._low)
-        colours = self._colours[np.clip(np.nan_to_num(level) * 255, 0, 255).astype(np.intp)]
-        points = rr.Points3D(_spatial(frame.position), colors=colours, radii=[self._scene.spacing / 2])
-        self._stream.log("world/fluid", points)
+        step = raster(self._scene)
+        positions = spatial(np.rint(frame.position / step) * step)
+        shown = {name: class_of(name, levels(frame, name, self._scene)) for name in self._scene.output.fields}
+        first = shown.pop(self._scene.output.fields[0])
+        points = rr.Points3D(positions, class_ids=first, radii=[self._radius(frame)])
+        self._stream.log("world/fluid", points, *([rr.AnyValues(**shown)] if shown else []))
         self._stream.flush()
 
     def event(self, event: Event) -> None:
@@ -84,6 +86,13 @@ class TimelineRecorder:
         self._stream.flush()
         self._stream.disconnect()
 
+    def _radius(self, frame: Frame) -> float:
+        """Of the drawn particles [m]: a few large ones fill the place of many, up to twice their size."""
+        return 0.5 * self._scene.spacing * min(2.0, frame.drawn ** (-1 / self._scene.dimension))
+
+    def _described(self, name: str):
+        return describe(name, tuple(len(self._names[d]) for d in describe(name, ()).dims), self._rotary)
+
     def _set_time(self, time: float, step: int, wall_time: float) -> None:
         self._stream.set_time("sim_time", duration=time)
         self._stream.set_time("step", sequence=step)
@@ -92,34 +101,48 @@ class TimelineRecorder:
     def _log_fixed(self, bodies: BodySet | None) -> None:
         """What does not change: tank, gauges, probes, the ground and the meshes in the frames of their bodies."""
         scene, log = self._scene, self._stream.log
-        low, high = _spatial(np.array([scene.tank.min, scene.tank.max]))
+        low, high = spatial(np.array([scene.tank.min, scene.tank.max]))
         log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        log("world/fluid", rr.AnnotationContext(classes(scene)), static=True)
         tank = rr.Boxes3D(mins=[low], sizes=[high - low], colors=[0x808080FF], fill_mode="MajorWireframe")
         log("world/tank", tank, static=True)
-        lines = [
-            [(g.x, g.y if scene.dimension == 3 else 0, z) for z in (low[2], high[2])] for g in scene.gauges.values()
-        ]
-        if lines:
-            markers = rr.LineStrips3D(lines, labels=list(scene.gauges), colors=[0xE0A030FF])
-            log("world/gauges", markers, static=True)
+        feet = [(g.x, g.y if scene.dimension == 3 else 0.0) for g in scene.gauges.values()]
+        if feet:
+            lines = rr.LineStrips3D([[(*foot, z) for z in (low[2], high[2])] for foot in feet], colors=[GAUGE])
+            log("world/gauges", lines, static=True)
+            tops = rr.Points3D(
+                [(*foot, high[2]) for foot in feet],
+                labels=list(scene.gauges),
+                colors=[GAUGE],
+                radii=[scene.spacing / 2],
+            )
+            log("world/gauges/names", tops, static=True)
         if scene.probes:
-            points = _spatial(np.array([probe.position for probe in scene.probes.values()]))
-            markers = rr.Points3D(points, labels=list(scene.probes), colors=[0xE04040FF], radii=[scene.spacing])
+            points = spatial(np.array([probe.position for probe in scene.probes.values()]))
+            markers = rr.Points3D(points, labels=list(scene.probes), colors=[PROBE], radii=[0.8 * scene.spacing])
             log("world/probes", markers, static=True)
         if scene.dimension == 3 and scene.tank.bathymetry and scene.tank.bathymetry.suffix.lower() in (".stl", ".obj"):
             log("world/ground", rr.Asset3D(path=scene.tank.bathymetry), static=True)
+        rotations = {} if bodies is None or scene.dimension == 3 else _rotations(bodies)
         for visual in bodies.visuals() if bodies else ():
+            vertices = visual.vertices
+            if scene.dimension == 2:  # a slice of it, or it would stand before the fluid
+                vertices = _slice(vertices, rotations.get(visual.body, np.eye(3)), SLICE * scene.spacing)
             mesh = rr.Mesh3D(
-                vertex_positions=np.asarray(visual.vertices, np.float32),
+                vertex_positions=np.asarray(vertices, np.float32),
                 triangle_indices=visual.triangles,
                 albedo_factor=visual.colour,
             )
             place = ["world", "bodies", visual.body] if visual.body else ["world", "fixed"]
             log(rr.new_entity_path([*place, visual.name]), mesh, static=True)
+        scale = f"red arrow: fluid force, 1 m = {self._weight / (ARROW * self._depth):.3g} N" if self._weight else ""
+        for field in scene.output.fields:
+            log_legend(self._stream, scene, field, scale)
 
     def _write_series(self) -> None:
         """Send the buffered frames, one call for each entity."""
         frames, self._buffer = self._buffer, []
+        self._written = clock.monotonic()
         if not frames:
             return
         times = [
@@ -136,63 +159,67 @@ class TimelineRecorder:
             values = np.stack([np.ravel(f.series.get(name, nothing)) for f in frames])
             if values.size:
                 self._stream.send_columns(f"series/{name}", times, rr.Scalars.columns(scalars=values))
-        if "body_position" in shapes:
-            self._write_bodies(frames, times)
+        for kind, pose in {"body": "body", "dry_body": "dry"}.items():
+            if f"{pose}_position" in shapes:
+                self._write_poses(self._names[kind], pose, frames, times)
+        if "body_force" in shapes:
+            self._write_loads(frames, times)
         self._stream.flush()
 
     def _name_lines(self, name: str, shape: tuple[int, ...]) -> None:
+        """Name the lines of a plot, by what they belong to where there are several."""
         series = describe(name, shape, self._rotary)
-        columns = column_names(series, shape, self._names)
-        lines = [" ".join(filter(None, (name, column, f"[{series.units}]"))) for column in columns]
+        lines = [column or name.replace("_", " ") for column in column_names(series, shape, self._names)]
         self._stream.log(f"series/{name}", rr.SeriesLines(names=lines), static=True)
 
-    def _write_bodies(self, frames: list[Frame], times: list) -> None:
-        for b, name in enumerate(self._names["body"]):
-            position = np.stack([f.series["body_position"][b] for f in frames])
-            quaternion = np.stack([np.roll(f.series["body_quaternion"][b], -1) for f in frames])  # rerun has w last
+    def _write_poses(self, names: list[str], pose: str, frames: list[Frame], times: list) -> None:
+        for b, name in enumerate(names):
+            position = np.stack([f.series[f"{pose}_position"][b] for f in frames])
+            quaternion = np.stack([np.roll(f.series[f"{pose}_quaternion"][b], -1) for f in frames])  # rerun: w last
             poses = rr.Transform3D.columns(translation=position, quaternion=quaternion)
             self._stream.send_columns(rr.new_entity_path(["world", "bodies", name]), times, poses)
-            force = np.stack([f.series["body_force"][b] for f in frames])
-            arrows = rr.Arrows3D.columns(vectors=self._arrow * force, origins=position)
-            self._stream.send_columns(rr.new_entity_path(["world", "loads", name]), times, arrows)
 
-    def _blueprint(self):
-        """The scene on the left, plots and events on the right."""
-        scene = self._scene
-        quantity, unit = ("speed", "m/s") if scene.output.colour == "speed" else ("pressure", "Pa")
-        title = f"{scene.name}: {quantity} {self._low:g} (dark) to {self._high:.4g} {unit} (light)"
-        low, high = _spatial(np.array([scene.tank.min, scene.tank.max]))
-        centre, size = (low + high) / 2, np.linalg.norm(high - low)
-        direction = np.array([0.0, -1.0, 0.0] if scene.dimension == 2 else [-0.5, -0.8, 0.45])
-        eye = rrb.EyeControls3D(position=centre + 0.9 * size * direction, look_target=centre, eye_up=(0, 0, 1))
-        tabs = [rrb.Tabs(*views) for row in PLOTS if (views := self._plots(row))]
-        right = rrb.Vertical(*tabs, rrb.TextLogView(name="events", origin="events"))
-        world = rrb.Spatial3DView(name=title, origin="world", eye_controls=eye, line_grid=False)
-        return rrb.Blueprint(
-            rrb.Horizontal(world, right, column_shares=[3, 2]),
-            rrb.TimePanel(timeline="sim_time", state="collapsed"),
-            collapse_panels=True,
-        )
-
-    def _plots(self, row: dict[str, tuple[str, ...]]) -> list:
-        return [
-            rrb.TimeSeriesView(name=title, origin="series", contents=[f"+ /series/{name}" for name in members])
-            for title, members in row.items()
-            if all(self._names[dim] for name in members for dim in SERIES[name].dims)
-        ]
+    def _write_loads(self, frames: list[Frame], times: list) -> None:
+        """Force of the fluid as an arrow from the centre of mass; torque as an arrow too, or in two dimensions as an arc
+        about it, half a turn for the weight on a lever of half a depth."""
+        per_newton = ARROW * self._depth / self._weight if self._weight else 1.0
+        for b, name in enumerate(self._names["body"]):
+            load = ["world", "loads", name]
+            self._stream.log(rr.new_entity_path([*load, "force"]), rr.Arrows3D.from_fields(colors=[FORCE]), static=True)
+            position, force = (np.stack([f.series[s][b] for f in frames]) for s in ("body_position", "body_force"))
+            arrows = rr.Arrows3D.columns(vectors=per_newton * force, origins=position)
+            self._stream.send_columns(rr.new_entity_path([*load, "force"]), times, arrows)
+            if "body_torque" not in frames[-1].series:
+                continue
+            torque = np.stack([f.series["body_torque"][b] for f in frames])
+            path = rr.new_entity_path([*load, "torque"])
+            if self._scene.dimension == 3:
+                self._stream.log(path, rr.Arrows3D.from_fields(colors=[TORQUE]), static=True)
+                arrows = rr.Arrows3D.columns(vectors=per_newton / self._depth * torque, origins=position)
+                self._stream.send_columns(path, times, arrows)
+            else:
+                self._stream.log(path, rr.LineStrips3D.from_fields(colors=[TORQUE]), static=True)
+                turn = np.clip(torque[:, 1] / (0.5 * self._depth * (self._weight or 1.0)), -1.8, 1.8) * np.pi
+                strips = rr.LineStrips3D.columns(strips=_arcs(position, turn, 0.12 * self._depth))
+                self._stream.send_columns(path, times, strips)
 
 
-def colour_range(scene: Scene) -> tuple[float, float]:
-    """Lowest and highest value of the colours: the hydrostatic pressure at the bottom [Pa], or half the speed of a
-    long wave, sqrt(g depth) [m/s]."""
-    depth, g = fluid_depth(scene), scene.gravity or 1.0
-    return 0.0, 0.5 * (g * depth) ** 0.5 if scene.output.colour == "speed" else scene.fluid.density * g * depth
+def _rotations(bodies: BodySet) -> dict[str, np.ndarray]:
+    """Rotation (3, 3), body to world, of every moving body at the start."""
+    wet = zip(bodies.names, bodies.motion().rotation, strict=True)
+    return dict(wet) | dict(zip(bodies.dry_names, bodies.dry_poses()[1], strict=True))
 
 
-def _spatial(points: np.ndarray) -> np.ndarray:
-    """Points (n, 2) or (n, 3) as (n, 3) float32, with y = 0 where there is none."""
-    if points.shape[1] == 3:
-        return points.astype(np.float32)
-    spatial = np.zeros((len(points), 3), np.float32)
-    spatial[:, ::2] = points
-    return spatial
+def _slice(vertices: np.ndarray, rotation: np.ndarray, width: float) -> np.ndarray:
+    """Vertices (n, 3) of a body squeezed along the world's y to this width [m] about y = 0 of its frame."""
+    world = vertices @ rotation.T
+    world[:, 1] *= width / max(2 * np.abs(world[:, 1]).max(), width)
+    return world @ rotation
+
+
+def _arcs(centre: np.ndarray, turn: np.ndarray, radius: float) -> np.ndarray:
+    """Arcs (n, ARC, 3) about centre (n, 3) in the plane of x and z, from the top through the angle turn (n,) about y."""
+    angle = turn[:, None] * np.linspace(0, 1, ARC)
+    arcs = np.zeros((len(turn), ARC, 3), np.float32)
+    arcs[:, :, 0], arcs[:, :, 2] = radius * np.sin(angle), radius * np.cos(angle)
+    return arcs + centre[:, None].astype(np.float32)

@@ -241,12 +241,18 @@ class Numerics(Part):
     fixed_time_step: Positive | None = None  # [s]; switches the adaptive step off
 
 
+FieldName = Literal["pressure", "speed", "viscosity", "eddy_viscosity", "liquid"]  # see fsi.particle_fields
+
+
 class Output(Part):
     """What is logged and how often."""
 
     series: NonNegative = 0.01  # time series: bodies, joints, gauges, probes, energies [s]; 0 is off
     particles: NonNegative = 0.1  # particle snapshots on the timeline [s]; 0 is off
-    colour: Literal["pressure", "speed"] = "pressure"
+    fields: tuple[FieldName, ...] = ("pressure",)  # that colour them, the first in view
+    fraction: Annotated[float, Field(gt=0, le=1)] | None = None  # of the particles drawn; None: as the limit allows
+    particles_limit: Positive = 120.0  # size of all snapshots of a run, for a fraction of None [MB]
+    cloud: bool = False  # snapshots in run.mcap too, as foxglove.PointCloud
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd
 

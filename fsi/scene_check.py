@@ -19,7 +19,7 @@ BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_positions, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (_output, _positions, _periodic, _field, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -59,6 +59,21 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
     for key, point in points.items():
         if len(point) != scene.dimension:
             yield key, f"{list(point)} has {len(point)} components in {scene.dimension} dimensions", f"give {axes}"
+
+
+def _output(scene: Scene) -> Iterator[Fault]:
+    """Fields that this scene's particles do not have."""
+    turbulent = scene.numerics.turbulence != "none"
+    there = {
+        "liquid": bool(scene.liquids),
+        "eddy_viscosity": turbulent,
+        "viscosity": turbulent or len(scene.all_liquids) > 1 or scene.fluid.rheology is not None,
+    }
+    if not scene.output.fields:
+        yield "output.fields", "names no field to colour the particles with", "give one, or leave it out"
+    for field in scene.output.fields:
+        if not there.get(field, True):
+            yield "output.fields", f"particles of this scene have no field {field!r}", "remove it"
 
 
 def _positions(scene: Scene) -> Iterator[Fault]:

@@ -1,5 +1,7 @@
 """A stand-in for the solver: everything that the recorders and the command line see of it, and no fluid."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from fsi.errors import RunError
@@ -16,6 +18,12 @@ class Flap:
     sensor_names = ()
     mass = np.array([120.0, 40.0])
     notes = ("substeps: 2",)
+
+    def motion(self):
+        return SimpleNamespace(rotation=np.tile(np.eye(3), (2, 1, 1)))
+
+    def dry_poses(self):
+        return np.zeros((1, 3)), np.eye(3)[None]
 
     def visuals(self):
         corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)

@@ -33,10 +33,10 @@ class Memory:
         self.calls.append("end")
 
 
-def test_frames_are_copies_in_order():
+def test_frames_are_copies_in_order(scene):
     memory = Memory()
     recorder = Background([memory])
-    recorder.begin(None, None)
+    recorder.begin(scene, None)
     given = frame(3)
     recorder.series(given)
     recorder.particles(given)
@@ -54,10 +54,10 @@ def test_frames_are_copies_in_order():
     np.testing.assert_array_equal(particles.position, frame(3).position.astype(np.float32))
 
 
-def test_run_waits_for_a_slow_writer():
+def test_run_waits_for_a_slow_writer(scene):
     memory = Memory()
     recorder = Background([memory])
-    recorder.begin(None, None)
+    recorder.begin(scene, None)
     handed = []
 
     def work():
@@ -75,11 +75,11 @@ def test_run_waits_for_a_slow_writer():
     assert len(memory.calls) == 3 * QUEUE_LENGTH + 2
 
 
-def test_fault_of_the_writer_is_raised_in_the_run():
+def test_fault_of_the_writer_is_raised_in_the_run(scene):
     memory = Memory()
     memory.particles = None  # calling it fails
     recorder = Background([memory])
-    recorder.begin(None, None)
+    recorder.begin(scene, None)
     recorder.particles(frame(0))
     with pytest.raises(RunError, match="the log could not be written"):
         for step in range(1000):

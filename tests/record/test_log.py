@@ -14,7 +14,7 @@ from fsi import load_run
 from fsi.errors import RunError, SceneError
 from fsi.log_reader import read_log
 from fsi.record import Background, open_recorders
-from fsi.record_mcap import McapRecorder
+from fsi.record_mcap import POSES, McapRecorder
 from fsi.run_folder import RunFolder, export
 from fsi.scene_file import load_scene
 from fsi.series import SERIES
@@ -170,3 +170,44 @@ def test_full_disk_ends_the_run(scene):
         for step in range(STEPS):
             recorder.series(frame(step, bodies=False))
         recorder.end()
+
+
+def test_stock_reader_reads_every_channel_with_its_schema(scene, flap, tmp_path):
+    """Topic by topic with the schemas in the file alone, point clouds among them."""
+    scene = load_scene(scene, ["output.cloud=true", "output.fields=['pressure', 'speed']"])
+    recorder = McapRecorder(tmp_path / "run.mcap")
+    recorder.begin(scene, flap)
+    recorder.event(event("slam", 7, "warning"))
+    for step in range(20):
+        recorder.series(frame(step))
+        recorder.particles(frame(step))
+    recorder.end()
+    with (tmp_path / "run.mcap").open("rb") as file:
+        found = {}
+        for schema, channel, message, decoded in make_reader(
+            file, decoder_factories=[DecoderFactory()]
+        ).iter_decoded_messages():
+            assert message.log_time == round(message.sequence * 1e7)
+            found.setdefault((channel.topic, schema.name), []).append(decoded)
+    given = [frame(step) for step in range(20)]
+    kinds = dict(found)
+    for name in given[0].series:
+        if name not in {series for pair in POSES.values() for series in pair}:
+            messages = kinds.pop((f"/series/{name}", "spindrift.Series"))
+            assert [list(m.values) for m in messages] == [list(np.ravel(g.series[name])) for g in given]
+            assert [(m.time, m.step, m.wall_time) for m in messages] == [(g.time, g.step, g.wall_time) for g in given]
+    poses = kinds.pop(("/tf", "foxglove.FrameTransforms"))
+    for message, g in zip(poses, given, strict=True):
+        names = [pose.child_frame_id for pose in message.transforms]
+        where = [[p.translation.x, p.translation.y, p.translation.z] for p in message.transforms]
+        assert names == ["flap", "float", "crank"]
+        assert where == [*g.series["body_position"].tolist(), *g.series["dry_position"].tolist()]
+    for message, g in zip(kinds.pop(("/particles", "foxglove.PointCloud")), given, strict=True):
+        assert [f.name for f in message.fields] == ["x", "y", "z", "pressure", "speed"]
+        rows = np.frombuffer(message.data, np.float32).reshape(-1, message.point_stride // 4)
+        np.testing.assert_array_equal(rows[:, [0, 2]], g.position.astype(np.float32))
+        np.testing.assert_array_equal(rows[:, 3], g.pressure.astype(np.float32))
+        np.testing.assert_allclose(rows[:, 4], np.linalg.norm(g.velocity, axis=1), rtol=1e-6)
+    [log] = kinds.pop(("/events", "foxglove.Log"))
+    assert (log.message, log.level, log.timestamp.ToNanoseconds()) == ("slam", 3, 70_000_000)
+    assert kinds == {}

@@ -9,8 +9,8 @@ from stand_in import event, frame
 rerun = pytest.importorskip("rerun")
 
 from fsi.colours import colour_map, packed  # noqa: E402
-from fsi.record_timeline import TimelineRecorder, colour_range  # noqa: E402
-from fsi.scene_file import load_scene  # noqa: E402
+from fsi.particle_fields import FIELDS, levels  # noqa: E402
+from fsi.record_timeline import TimelineRecorder  # noqa: E402
 
 
 @pytest.fixture
@@ -36,10 +36,11 @@ def rows(chunks, entity: str) -> int:
 
 def test_everything_is_on_the_timeline(chunks):
     fixed = ["/world/tank", "/world/gauges", "/world/probes", "/world/bodies/flap/plate", "/world/fixed/ramp"]
-    assert set(fixed) <= set(chunks)
-    assert rows(chunks, "/world/fluid") == 12
+    assert set(fixed) | {"/world/bodies/crank/arm", "/legend/pressure/bar", "/legend/pressure/labels"} <= set(chunks)
+    assert rows(chunks, "/world/fluid") == 12 + 1  # and the colours
     assert rows(chunks, "/world/bodies/float") == 120
-    assert rows(chunks, "/world/loads/float") == 120
+    assert rows(chunks, "/world/bodies/crank") == 120
+    assert rows(chunks, "/world/loads/float/force") == 120 + 1  # and its colour
     assert rows(chunks, "/events") == 1
     for name in frame(0).series:
         assert rows(chunks, f"/series/{name}") == 120 + 1  # and the names of its lines
@@ -60,8 +61,11 @@ def test_full_disk_is_told(scene, tmp_path, monkeypatch):
 
 
 def test_colours_have_one_range(scene):
-    assert colour_range(scene) == (0.0, pytest.approx(1000 * 9.81 * 0.5))
-    assert colour_range(load_scene(scene, ["output.colour=speed"])) == (0.0, pytest.approx(0.5 * (9.81 * 0.5) ** 0.5))
+    assert FIELDS["pressure"].top(scene) == pytest.approx(1000 * 9.81 * 0.5)
+    assert FIELDS["speed"].top(scene) == pytest.approx(0.5 * (9.81 * 0.5) ** 0.5)
+    given = frame(0)
+    given.pressure = np.array([-5.0, 0.0, 500 * 9.81 * 0.5, 1e9, np.nan])
+    assert list(levels(given, "pressure", scene)) == [0, 0, 127, 255, 0]
 
 
 def test_colour_map_gets_evenly_lighter():

@@ -18,8 +18,11 @@ FAULTS = {
         ["pool.toml: damping[0].zeal: unknown key; known are axis, end, rate, start"],
     ),
     "not one of": (
-        '[output]\ncolour = "presure"',
-        ["pool.toml: output.colour: 'presure' is not one of pressure, speed; did you mean pressure?"],
+        '[output]\nfields = ["presure"]',
+        [
+            "pool.toml: output.fields[0]: 'presure' is not one of pressure, speed, viscosity, eddy_viscosity, liquid; "
+            "did you mean pressure?"
+        ],
     ),
     "missing and out of range, both at once": (
         "[waves]\nwave_height = -0.1",

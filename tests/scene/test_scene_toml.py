@@ -17,7 +17,7 @@ OVERRIDES = {
     "name=deep-pool": lambda scene: scene.name == "deep-pool",
     'name="deep.pool"': lambda scene: scene.name == "deep.pool",
     "output.mcap=false": lambda scene: scene.output.mcap is False,
-    "output.colour = speed": lambda scene: scene.output.colour == "speed",
+    "output.fields = ['speed']": lambda scene: scene.output.fields == ("speed",),
     "tank.max=[8, 0.6]": lambda scene: scene.tank.max == (8.0, 0.6),
     "tank.max[1]=0.6": lambda scene: scene.tank.max == (6.0, 0.6),
     "gauges.near.x=0.25": lambda scene: scene.gauges["near"].x == 0.25,
