@@ -122,6 +122,9 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"memory: {estimate['memory_bytes'] / 1e6:.0f} MB",
         *measured,
         f"run time: about {clock(estimate['seconds'])}, {estimate['steps']:.0f} steps",
+        f"log: about {estimate['log_bytes'] / 1e6:.3g} MB: {estimate['snapshots']} snapshots of "
+        f"{estimate['snapshot_particles']} particles, {estimate['snapshot_bytes'] / 1e3:.3g} kB each, and "
+        f"{estimate['series_frames']} frames of series, {estimate['series_bytes'] / 1e3:.3g} kB each",
     ]
 
 

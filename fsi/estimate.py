@@ -8,6 +8,7 @@ from itertools import pairwise
 from statistics import median
 
 from fsi.layout import build
+from fsi.log_size import log_size
 from fsi.protocols import BodySet, Solid
 from fsi.scene import Scene
 from fsi.threads import available_threads
@@ -22,8 +23,8 @@ BODIES = 1.3  # time of a step with bodies over one without
 
 def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
     """Particles by kind (`fluid`, `wall`, `body`), `memory_bytes`, `time_step` [s], `steps` and `seconds` of wall time
-    on all processors of this machine, the last three within a factor of about two, and the `notes` of the layout.
-    Raises SceneError as `build`."""
+    on all processors of this machine, the last three within a factor of about two, the size of the logs
+    (`fsi.log_size`), and the `notes` of the layout. Raises SceneError as `build`."""
     layout = build(scene, bodies, ground)
     fluid, boundary = len(layout.position), len(layout.owner)
     walls = int((layout.owner == 0).sum())
@@ -43,6 +44,7 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "time_step": time_step,
         "steps": steps,
         "notes": layout.notes,
+        **log_size(scene, bodies, fluid),
         "seconds": steps * (work / available_threads() + 5e-4 * (2 if bodies else 1)),
     }
 

@@ -17,7 +17,7 @@ from fsi.particle_fields import levels, raster, spatial
 from fsi.protocols import BodySet, Event, Frame
 from fsi.scene import Scene
 from fsi.scene_check import fluid_depth
-from fsi.series import column_names, describe, labels
+from fsi.series import SERIES, column_names, describe, labels
 from fsi.timeline_layout import blueprint, class_of, classes, log_legend
 
 rr = require("rerun", "viewer", "output.timeline = true")
@@ -51,7 +51,7 @@ class TimelineRecorder:
         self._stream = rr.RecordingStream("spindrift", send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
-        layout = blueprint(scene, self._names, lambda name: self._described(name).units, self._live is not None)
+        layout = blueprint(scene, self._names, self._unit, self._live is not None)
         sinks = [rr.FileSink(self._path), *([rr.GrpcSink(self._live)] if self._live else [])]
         self._stream.set_sinks(*sinks, default_blueprint=layout)
         self._log_fixed(bodies)
@@ -90,8 +90,8 @@ class TimelineRecorder:
         """Of the drawn particles [m]: a few large ones fill the place of many, up to twice their size."""
         return 0.5 * self._scene.spacing * min(2.0, frame.drawn ** (-1 / self._scene.dimension))
 
-    def _described(self, name: str):
-        return describe(name, tuple(len(self._names[d]) for d in describe(name, ()).dims), self._rotary)
+    def _unit(self, name: str) -> str:
+        return describe(name, (0,) * len(SERIES[name].dims), self._rotary).units
 
     def _set_time(self, time: float, step: int, wall_time: float) -> None:
         self._stream.set_time("sim_time", duration=time)
@@ -135,7 +135,7 @@ class TimelineRecorder:
             )
             place = ["world", "bodies", visual.body] if visual.body else ["world", "fixed"]
             log(rr.new_entity_path([*place, visual.name]), mesh, static=True)
-        scale = f"red arrow: fluid force, 1 m = {self._weight / (ARROW * self._depth):.3g} N" if self._weight else ""
+        scale = f"red arrow: fluid force, 1 m = {self._weight / (ARROW * self._depth):.4g} N" if self._weight else ""
         for field in scene.output.fields:
             log_legend(self._stream, scene, field, scale)
 

@@ -251,7 +251,7 @@ class Output(Part):
     particles: NonNegative = 0.1  # particle snapshots on the timeline [s]; 0 is off
     fields: tuple[FieldName, ...] = ("pressure",)  # that colour them, the first in view
     fraction: Annotated[float, Field(gt=0, le=1)] | None = None  # of the particles drawn; None: as the limit allows
-    particles_limit: Positive = 120.0  # size of all snapshots of a run, for a fraction of None [MB]
+    particles_limit: Positive = 100.0  # size of all snapshots of a run, for a fraction of None [MB]
     cloud: bool = False  # snapshots in run.mcap too, as foxglove.PointCloud
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd
