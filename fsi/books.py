@@ -12,11 +12,14 @@ from fsi.layout import FIRST_BODY, PISTON
 
 
 class Books:
-    """Energies [J], work [J] and the momentum audit of a simulation.
+    """Energies [J], work [J] and the audit of a simulation.
 
-    The audit compares, for a step, the change of the fluid's momentum with the impulse of gravity and other body forces,
-    less the impulses on walls, wavemaker and bodies; the residual is a share of the impulse of the fluid's weight (or of
-    the largest force).
+    At every logged step the audit compares the change of the fluid's momentum with the impulse of gravity and other body
+    forces, less the impulses on walls, wavemaker and bodies; `momentum_residual` is a share of the impulse of the fluid's
+    weight (or of the largest force). It compares the forces that moved the bodies with those that the settled pressure
+    took out of the fluid; `body_impulse_residual` is a share of the largest of these forces or weights of bodies. Energy:
+    `exchanged_work` sums the work between the fluid and what moves in it, to and fro; `work_residual` is the share of it
+    that the fluid lost over and above that work and the sponge's loss: to viscosity, impacts and the scheme itself.
     """
 
     def __init__(self, scene, fluid, bodies):
@@ -32,7 +35,9 @@ class Books:
         self.volume = fluid.count * self._cell_volume()
         self.max_speed, self.dt, self.guarded = 0.0, 0.0, 0
         self.wrench = np.zeros((fluid.owners, 6))
-        self.momentum_residual, self.audits = 0.0, 0
+        self.exchanged_work = self.sponge_loss = 0.0
+        self.momentum_residual, self.body_impulse_residual, self.audits = 0.0, 0.0, 0
+        self._stopped = np.zeros((fluid.owners, 6))  # impulse of the wall guard, which bodies get in the step after
         self._before = None
         self._dim = dim
 
@@ -44,8 +49,8 @@ class Books:
 
     def open_audit(self) -> None:
         """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
-        force = self.fluid.wrench(viscous=True, walls=True)[:, :3].sum(0)
-        self._before = self.momentum.copy(), force, self.mass * self.fluid.driven(), self.fluid.count
+        forces = self.fluid.wrench(viscous=True, walls=True)[:, :3]
+        self._before = self.momentum.copy(), forces, self.mass * self.fluid.driven(), self.fluid.count
 
     def close(self, sums, impulse, wrench, twist, new_twist, dt) -> None:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
@@ -60,11 +65,24 @@ class Books:
         power = (wrench * 0.5 * (twist + new_twist)).sum(1)
         self.body_work += dt * power[FIRST_BODY:].sum()
         self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum()
+        self.exchanged_work += dt * np.abs(power[PISTON:]).sum()
+        self.sponge_loss += sums[corrector.MOMENTUM + 2 * dim]
         if self._before is not None:
-            self._audit(sums[corrector.MOMENTUM + dim :], impulse, dt)
+            if self.bodies:
+                self._audit_bodies(dt)
+            self._audit(sums[corrector.MOMENTUM + dim : corrector.MOMENTUM + 2 * dim], impulse, dt)
+        self._stopped = impulse
+
+    def _audit_bodies(self, dt) -> None:
+        given = (self.wrench - self._stopped / dt)[FIRST_BODY:, :3]
+        taken = self._before[1][FIRST_BODY:]
+        scale = max(np.abs(taken).max(initial=0.0), self.scene.gravity * self.bodies.mass.max(initial=0.0), 1e-300)
+        residual = float(np.abs(given - taken).max(initial=0.0) / scale)
+        self.body_impulse_residual = max(self.body_impulse_residual, residual)
 
     def _audit(self, sponged, impulse, dt) -> None:
-        momentum, force, drive, count = self._before
+        momentum, forces, drive, count = self._before
+        force = forces.sum(0)
         axes = [0, 2] if self._dim == 2 else [0, 1, 2]
         expected = dt * (drive - force[axes]) - impulse[:, :3].sum(0)[axes] - sponged
         scale = max(dt * self._weight() * count, dt * np.abs(force).max(), np.abs(momentum).max(), 1e-300)
@@ -78,17 +96,26 @@ class Books:
         """Energy the fluid has lost to viscosity, impacts, the sponge and the scheme itself [J]."""
         return self.energy_at_start + self.wavemaker_work - self.body_work - self.kinetic - self.potential
 
+    @property
+    def work_residual(self) -> float | None:
+        """See the class; None where no work was exchanged."""
+        return (self.dissipated - self.sponge_loss) / self.exchanged_work if self.exchanged_work > 0 else None
+
     def audit(self) -> dict:
         """For `run.json`."""
         return {
             "momentum_residual": self.momentum_residual,
             "momentum_audits": self.audits,
+            **({"body_impulse_residual": self.body_impulse_residual} if self.bodies else {}),
             "energy_at_start": self.energy_at_start,
             "kinetic_energy": self.kinetic,
             "potential_energy": self.potential,
             "wavemaker_work": self.wavemaker_work,
             "body_work": self.body_work,
             "dissipated_energy": self.dissipated,
+            "sponge_loss": self.sponge_loss,
+            "exchanged_work": self.exchanged_work,
+            "work_residual": self.work_residual,
             "wall_guard_stops": self.guarded,
             "pressure_sweeps": self.fluid.sweeps,
             "most_pressure_sweeps_in_a_step": self.fluid.most_sweeps,

@@ -22,8 +22,8 @@ SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 
 
 def sums_width(dim: int) -> int:
     """Columns: maxima of speed^2 and acceleration^2, then sums of kinetic energy, r height, volume / dr^dim and guarded
-    particles, then the momentum and the momentum lost in the sponge, component by component."""
-    return MOMENTUM + 2 * dim
+    particles, then the momentum and the momentum lost in the sponge, component by component, and the energy lost there."""
+    return MOMENTUM + 2 * dim + 1
 
 
 @cache
@@ -139,6 +139,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                                 kept = 1.0 / (1.0 + dt * zones[z, 3] * into * into)
                                 for d in range(DIM):
                                     sums[c, MOMENTUM + DIM + d] += mass * (1.0 - kept) * velocity[i, d]
+                                    loss = 0.5 * mass * (1.0 - kept * kept) * velocity[i, d] * velocity[i, d]
+                                    sums[c, MOMENTUM + 2 * DIM] += loss
                                     velocity[i, d] *= kept
                     for d in range(DIM):
                         speed2 += velocity[i, d] * velocity[i, d]

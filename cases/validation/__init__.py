@@ -35,6 +35,9 @@ MODULES = {
         "violent_droplet",
         "long_run",
     ),
+    "coupling.archimedes": ("archimedes_box", "archimedes_ball", "archimedes_box_3d", "archimedes_ball_3d"),
+    "coupling.decay": ("decay_heave_2d", "decay_pitch_2d", "decay_sphere", "decay_spar"),
+    "coupling.added_mass": ("added_mass_annulus", "added_mass_sphere"),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)
 
@@ -48,13 +51,14 @@ def load(name: str) -> Case:
 
 
 def choose(patterns: tuple[str, ...] | list[str]) -> list[Case]:
-    """The cases that these names, groups such as `still_shapes`, or patterns such as `still_*` ask for, all of them if
-    there are none.
+    """The cases that these names, groups such as `still_shapes` or `coupling`, or patterns such as `still_*` ask for, all
+    of them if there are none.
 
     Raises SceneError for a pattern that names no case."""
     chosen = set()
     for pattern in patterns:
-        found = MODULES.get(pattern) or [name for name in NAMES if fnmatchcase(name, pattern)]
+        groups = [names for module, names in MODULES.items() if f"{module}.".startswith(f"{pattern}.")]
+        found = sum(groups, ()) or [name for name in NAMES if fnmatchcase(name, pattern)]
         if not found:
             raise SceneError(f"no validation case {pattern!r}", key="CASE", fix=f"known are {', '.join(NAMES)}")
         chosen.update(found)

@@ -76,6 +76,7 @@ def test_momentum_is_exchanged_to_round_off(tmp_path):
         audit = json.loads((run.folder / "run.json").read_text())["audit"]
         assert audit["momentum_audits"] > 20
         assert audit["momentum_residual"] < bound
+        assert audit["body_impulse_residual"] < 10 * bound
 
 
 def test_results_do_not_depend_on_the_number_of_threads(tmp_path):
@@ -92,3 +93,19 @@ def test_results_do_not_depend_on_the_number_of_threads(tmp_path):
         sim.run()
         data.append(np.concatenate([sim.fluid.position.ravel(), bodies.save()]))
     assert (data[0] == data[1]).all()
+
+
+def test_what_the_fluid_loses_is_what_it_does_on_the_body_and_in_the_sponge(tmp_path):
+    """A box is let go high: the exchange in its first swings, and what the beaches take."""
+    tank = {"min": (-1.6, -0.48), "max": (1.6, 0.4)}
+    residual = []
+    for spacing in (0.08, 0.04):
+        (tmp_path / str(spacing)).mkdir()
+        _, _, run = float_box(tmp_path / str(spacing), 2, spacing, 500.0, 0.12, 2.0, tank)
+        audit = json.loads((run.folder / "run.json").read_text())["audit"]
+        assert audit["sponge_loss"] > 0
+        loss = audit["energy_at_start"] - audit["kinetic_energy"] - audit["potential_energy"] - audit["body_work"]
+        assert audit["dissipated_energy"] == pytest.approx(loss)
+        assert audit["work_residual"] == pytest.approx((loss - audit["sponge_loss"]) / audit["exchanged_work"])
+        residual.append(audit["work_residual"])
+    assert 0 < residual[1] < residual[0] < 0.15

@@ -1,0 +1,115 @@
+"""Boxes and spheres of six density ratios float side by side, each free to move in every way.
+
+Exact: Archimedes. Released a spacing above their rest, they have to find it: `draft` is the largest distance of a mean
+height over the last quarter of the run from Archimedes' in spacings, `drift` how far a mean height moves from the third
+quarter to the last, in spacings too. The water level that counts is that of the tank's volume: the bodies displace what
+they weigh, less a film by the height they start above their rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from cases.validation.case import Case, Measure
+from cases.validation.coupling import models
+
+RATIOS = (0.02, 0.05, 0.1, 0.25, 0.5, 0.9)
+WIDE, HIGH, RADIUS = 0.36, 0.2, 0.15  # m
+PITCH, DEPTH, DURATION = 0.6, 0.4, 20.0  # distance from body to body [m], m, s
+
+
+def draft(shape: str, dimension: int, ratio: float) -> float:
+    """Depth of the lowest point of a body at rest [m]."""
+    if shape == "box":
+        return ratio * HIGH
+    if dimension == 2:  # immersed share of a disc of radius 1 at depth d
+        share = lambda d: (np.arccos(1 - d) - (1 - d) * np.sqrt(d * (2 - d))) / np.pi  # noqa: E731
+    else:
+        share = lambda d: d * d * (3 - d) / 4  # noqa: E731
+    return RADIUS * brentq(lambda d: share(d) - ratio, 0, 2)
+
+
+def _waterplane(shape: str, dimension: int, deep: float) -> float:
+    """Area, in two dimensions length, that a body cuts out of the water surface."""
+    if shape == "box":
+        return WIDE ** (dimension - 1)
+    half = np.sqrt(max(0.0, RADIUS**2 - (RADIUS - deep) ** 2))
+    return 2 * half if dimension == 2 else np.pi * half**2
+
+
+class Rest(Measure):
+    """Heights of all bodies, against those of rest."""
+
+    interval = 0.05
+
+    def __init__(self, sim, shape: str):
+        self.shape, self.time, self.height = shape, [], []
+        super().__init__(sim)
+
+    def begin(self, sim) -> None:
+        self.spacing, self.duration = sim.scene.spacing, sim.scene.duration
+        dimension = sim.scene.dimension
+        centre = HIGH / 2 if self.shape == "box" else RADIUS
+        drafts = np.array([draft(self.shape, dimension, ratio) for ratio in RATIOS])
+        cut = sum(_waterplane(self.shape, dimension, deep) for deep in drafts)
+        surface = np.prod(np.subtract(sim.scene.tank.max, sim.scene.tank.min)[:-1])
+        self.rest = centre - drafts + self.spacing * cut / surface
+
+    def sample(self, sim) -> None:
+        self.time.append(sim.time)
+        self.height.append(sim.bodies.motion().position[:, 2])
+
+    def errors(self) -> dict[str, float]:
+        t, z = np.array(self.time) / self.duration, np.array(self.height)
+        third, last = z[(t > 0.5) & (t <= 0.75)].mean(0), z[t > 0.75].mean(0)
+        errors = {
+            "draft": np.abs(last - self.rest).max() / self.spacing,
+            "drift": np.abs(last - third).max() / self.spacing,
+        }
+        return errors | {
+            f"draft_{r:g}": (a - b) / self.spacing for r, a, b in zip(RATIOS, last, self.rest, strict=True)
+        }
+
+
+def _scene(shape: str, dimension: int):
+    def scene(spacing: float, folder) -> dict:
+        bodies, length = [], len(RATIOS) * PITCH
+        for n, ratio in enumerate(RATIOS):
+            centre = HIGH / 2 if shape == "box" else RADIUS
+            place = ((n + 0.5) * PITCH - length / 2, 0.0, centre - draft(shape, dimension, ratio) + spacing)
+            size = (WIDE / 2, 0.5 if dimension == 2 else WIDE / 2, HIGH / 2) if shape == "box" else (RADIUS, 0.5)
+            kind, along_y = ("cylinder", True) if shape == "ball" and dimension == 2 else (shape, False)
+            kind = "sphere" if kind == "ball" else kind
+            size = size[:1] if kind == "sphere" else size
+            bodies.append(
+                models.body(f"{shape}_{ratio:g}", place, models.FREE, kind, size, 1000 * ratio, along_y=along_y)
+            )
+        across = [] if dimension == 2 else [PITCH / 2]
+        return {
+            "dimension": dimension,
+            "duration": DURATION,
+            "tank": {"min": [-length / 2, *(-y for y in across), -DEPTH], "max": [length / 2, *across, 0.4]},
+            "bodies": models.write(folder, bodies),
+        }
+
+    return scene
+
+
+def _case(shape: str, dimension: int) -> Case:
+    name = f"archimedes_{shape}{'_3d' if dimension == 3 else ''}"
+    what = {"box": "Boxes", "ball": "Spheres" if dimension == 3 else "Cylinders"}[shape]
+    levels = {"coarse": 0.04, "medium": 0.02, "paper": 0.01} if dimension == 2 else {
+        "coarse": 0.05, "medium": 0.03, "paper": 0.02}  # fmt: skip
+    return Case(
+        name,
+        f"{what} of density ratios {', '.join(f'{r:g}' for r in RATIOS)} float freely, {dimension}D, {DURATION:g} s",
+        "Exact: Archimedes' draft. Errors in shares of the particle spacing.",
+        levels,
+        _scene(shape, dimension),
+        lambda sim: Rest(sim, shape),
+        {"draft": 0.1, "drift": 0.1},
+    )
+
+
+CASES = {case.name: case for case in (_case(shape, d) for d in (2, 3) for shape in ("box", "ball"))}
