@@ -37,6 +37,9 @@ MODULES = {
     ),
     "coupling.archimedes": ("archimedes_box", "archimedes_ball", "archimedes_box_3d", "archimedes_ball_3d"),
     "coupling.decay": ("decay_heave_2d", "decay_pitch_2d", "decay_sphere", "decay_spar"),
+    "coupling.forced_heave": ("forced_heave_3", "forced_heave_4", "forced_heave_5"),
+    "coupling.agreement": ("schemes_flap",),
+    "coupling.stability": ("stability_heave", "stability_flap", "stability_box", "stability_raft"),
     "coupling.added_mass": ("added_mass_annulus", "added_mass_sphere"),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)

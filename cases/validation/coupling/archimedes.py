@@ -1,9 +1,10 @@
-"""Boxes and spheres of six density ratios float side by side, each free to move in every way.
+"""Boxes and spheres of six density ratios float side by side, each free to move in every way; soft springs keep them in
+their places along the water.
 
 Exact: Archimedes. Released a spacing above their rest, they have to find it: `draft` is the largest distance of a mean
 height over the last quarter of the run from Archimedes' in spacings, `drift` how far a mean height moves from the third
-quarter to the last, in spacings too. The water level that counts is that of the tank's volume: the bodies displace what
-they weigh, less a film by the height they start above their rest.
+quarter to the last, in spacings too. The water level that counts is that of the tank's volume: it rises as the bodies
+sink from where they are released to where they rest.
 """
 
 from __future__ import annotations
@@ -30,12 +31,24 @@ def draft(shape: str, dimension: int, ratio: float) -> float:
     return RADIUS * brentq(lambda d: share(d) - ratio, 0, 2)
 
 
-def _waterplane(shape: str, dimension: int, deep: float) -> float:
-    """Area, in two dimensions length, that a body cuts out of the water surface."""
+def displaced(shape: str, dimension: int, deep: float) -> float:
+    """Volume, in two dimensions area, of a body that is `deep` in the water."""
+    d = max(deep, 0.0)
     if shape == "box":
-        return WIDE ** (dimension - 1)
-    half = np.sqrt(max(0.0, RADIUS**2 - (RADIUS - deep) ** 2))
-    return 2 * half if dimension == 2 else np.pi * half**2
+        return WIDE ** (dimension - 1) * d
+    if dimension == 2:
+        return RADIUS**2 * np.arccos(1 - d / RADIUS) - (RADIUS - d) * np.sqrt(d * (2 * RADIUS - d))
+    return np.pi * d * d * (RADIUS - d / 3)
+
+
+def _joints(dimension: int, mass: float) -> str:
+    """Free motion, with springs along the water that swing a body of this mass [kg] in 4 s."""
+    stiffness = mass * (2 * np.pi / 4.0) ** 2
+    hold = f'stiffness="{stiffness:.6g}" damping="{0.2 * np.sqrt(stiffness * mass):.6g}"'
+    if dimension == 2:
+        return f'<joint type="slide" axis="1 0 0" {hold}/><joint type="slide" axis="0 0 1"/>' + models.PITCH
+    slides = "".join(f'<joint type="slide" axis="{axis}" {hold}/>' for axis in ("1 0 0", "0 1 0"))
+    return slides + '<joint type="slide" axis="0 0 1"/><joint type="ball"/>'
 
 
 class Rest(Measure):
@@ -52,9 +65,9 @@ class Rest(Measure):
         dimension = sim.scene.dimension
         centre = HIGH / 2 if self.shape == "box" else RADIUS
         drafts = np.array([draft(self.shape, dimension, ratio) for ratio in RATIOS])
-        cut = sum(_waterplane(self.shape, dimension, deep) for deep in drafts)
+        volume = lambda up: sum(displaced(self.shape, dimension, deep - up) for deep in drafts)  # noqa: E731
         surface = np.prod(np.subtract(sim.scene.tank.max, sim.scene.tank.min)[:-1])
-        self.rest = centre - drafts + self.spacing * cut / surface
+        self.rest = centre - drafts + (volume(0) - volume(self.spacing)) / surface
 
     def sample(self, sim) -> None:
         self.time.append(sim.time)
@@ -79,12 +92,13 @@ def _scene(shape: str, dimension: int):
             centre = HIGH / 2 if shape == "box" else RADIUS
             place = ((n + 0.5) * PITCH - length / 2, 0.0, centre - draft(shape, dimension, ratio) + spacing)
             size = (WIDE / 2, 0.5 if dimension == 2 else WIDE / 2, HIGH / 2) if shape == "box" else (RADIUS, 0.5)
+            joints = _joints(
+                dimension, 1000 * ratio * displaced(shape, dimension, HIGH if shape == "box" else 2 * RADIUS)
+            )
             kind, along_y = ("cylinder", True) if shape == "ball" and dimension == 2 else (shape, False)
             kind = "sphere" if kind == "ball" else kind
             size = size[:1] if kind == "sphere" else size
-            bodies.append(
-                models.body(f"{shape}_{ratio:g}", place, models.FREE, kind, size, 1000 * ratio, along_y=along_y)
-            )
+            bodies.append(models.body(f"{shape}_{ratio:g}", place, joints, kind, size, 1000 * ratio, along_y=along_y))
         across = [] if dimension == 2 else [PITCH / 2]
         return {
             "dimension": dimension,
@@ -103,7 +117,7 @@ def _case(shape: str, dimension: int) -> Case:
         "coarse": 0.05, "medium": 0.03, "paper": 0.02}  # fmt: skip
     return Case(
         name,
-        f"{what} of density ratios {', '.join(f'{r:g}' for r in RATIOS)} float freely, {dimension}D, {DURATION:g} s",
+        f"{what} of density ratios {', '.join(f'{r:g}' for r in RATIOS)} float, {dimension}D, {DURATION:g} s",
         "Exact: Archimedes' draft. Errors in shares of the particle spacing.",
         levels,
         _scene(shape, dimension),

@@ -6,7 +6,7 @@ deep water, Hulme (1982), J. Fluid Mech. 121, 443-463, table 1; of the spar (rad
 boundary element code in three dimensions. Theory is for small motions in an endless sea: tanks are long enough that no
 wave is back before the record ends, or end in damping zones.
 
-`period`: twice the time from the first zero to the second; `decay`: share of the amplitude that is lost in the first cycle,
+`period`: time from the release to the first maximum after it; `decay`: share of the amplitude that is lost in the first cycle,
 from the first maximum after the release, as a share of theory's.
 """
 
@@ -21,7 +21,7 @@ import numpy as np
 from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
 from cases.validation.coupling.panels import Section, release
-from cases.validation.standing_wave import crossings, extremes
+from cases.validation.standing_wave import extremes
 
 G, RHO = 9.81, 1000.0
 
@@ -56,9 +56,8 @@ class Free:
 
 def swing(t: np.ndarray, x: np.ndarray) -> tuple[float, float]:
     """Period and amplitude left after the first cycle of a swing x (n,) that starts from one."""
-    zeros = crossings(t, x)
-    _, sizes = extremes(t, x)
-    return 2 * (zeros[1] - zeros[0]), sizes[1]
+    times, sizes = extremes(t, x)
+    return times[1] - t[0], sizes[1]
 
 
 class Swing(Measure):
@@ -80,15 +79,15 @@ class Swing(Measure):
 
 # ------------------------------------------------------------------------------------------ the box in two dimensions
 
-WIDE, DRAFT, DEPTH = 0.4, 0.1, 0.6  # m; it is twice as high as its draft
-HALF, BEACH = 3.0, 1.8  # half length of the tank and where its damping starts [m]
+WIDE, DRAFT, DEPTH = {"heave": 0.4, "pitch": 0.8}, 0.1, 0.6  # m; it is twice as high as its draft
+HALF, BEACH = 4.0, 2.4  # half length of the tank and where its damping starts [m]
 
 
 def box(mode: str) -> Free:
     """The box in heave, or in pitch about its centre, which is at the still water level."""
-    section = Section(WIDE, DRAFT, DEPTH)
-    mass = RHO * WIDE * DRAFT
-    inertia = mass if mode == "heave" else mass * (WIDE**2 + (2 * DRAFT) ** 2) / 12
+    section = Section(WIDE[mode], DRAFT, DEPTH)
+    mass = RHO * WIDE[mode] * DRAFT
+    inertia = mass if mode == "heave" else mass * (WIDE[mode] ** 2 + (2 * DRAFT) ** 2) / 12
     knots = np.linspace(1.0, 30.0, 30)
     cache: list = []
 
@@ -105,7 +104,7 @@ def box_scene(mode: str):
         free = BOXES[mode]
         height = free.start if mode == "heave" else 0.0
         joint = models.HEAVE if mode == "heave" else models.PITCH
-        text = models.body("box", (0, 0, height), joint, "box", (WIDE / 2, 0.5, DRAFT), 0.5 * RHO)
+        text = models.body("box", (0, 0, height), joint, "box", (WIDE[mode] / 2, 0.5, DRAFT), 0.5 * RHO)
         if mode == "pitch":
             text = text.replace("<body ", f'<body euler="0 {math.degrees(free.start):.9g} 0" ')
         beaches = [{"start": side * BEACH, "end": side * HALF, "rate": 10.0} for side in (-1, 1)]
@@ -183,7 +182,7 @@ CASES = {
         lambda sim: Swing(sim, BOXES["heave"]), TARGET,
     ),
     "decay_pitch_2d": Case(
-        "decay_pitch_2d", "The same box, hinged at its centre, is let go 0.1 rad from its rest, 2D",
+        "decay_pitch_2d", "A box 0.8 m wide with a draft of 0.1 m, hinged at its centre, is let go 0.1 rad from its rest, 2D",
         "Linear theory: boundary elements, memory of the fluid included.",
         {"coarse": 0.02, "medium": 0.01, "paper": 0.005}, box_scene("pitch"),
         lambda sim: Swing(sim, BOXES["pitch"]), TARGET,

@@ -17,7 +17,6 @@ FILE = """<mujoco>
 BODY = '    <body name="{name}" pos="{x} {y} {z}">{joint}<geom name="{name}" type="{shape}" {size} density="{density}"/></body>'
 HEAVE = '<joint name="{name}" type="slide" axis="0 0 1"/>'
 PITCH = '<joint name="{name}" type="hinge" axis="0 1 0"/>'
-FREE = "<freejoint/>"
 
 
 def body(

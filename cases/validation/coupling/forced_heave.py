@@ -1,0 +1,97 @@
+"""A spar is moved up and down at three frequencies; the force of the water on it, in three dimensions.
+
+Linear theory: F = -(C - omega^2 A - i omega B) z, with the added mass and damping of a boundary element code for a spar of
+radius 0.2 m and draft 0.8 m in 2 m of water, and C = rho g S. `force_amplitude` relative to theory's; `force_phase` its
+lag, as a share of a cycle. The force less C z, which inertia makes up, is told apart by `added_mass`. Read by least squares
+over the last period of two and a half, the first with a ramp; the basin ends in damping zones.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cases.validation.case import Case, Measure
+from cases.validation.coupling import models
+
+RHO, G, RADIUS, DRAFT, DEPTH, HIGH = 1000.0, 9.81, 0.2, 0.8, 2.0, 1.0
+HEAVE = 0.06  # amplitude [m]
+STIFFNESS = RHO * G * math.pi * RADIUS**2
+HALF, BEACH = 1.2, 0.7  # half length of the basin, start of the damping [m]
+PERIODS, RAMP = 2.5, 1.0
+COEFFICIENTS = {3.0: (15.4764, 4.01677), 4.0: (15.2518, 2.37887), 5.0: (15.4653, 0.775866)}  # 1/s: kg, kg/s
+
+
+def theory(omega: float) -> complex:
+    """Force over displacement, for displacements exp(-i omega t) [N/m]."""
+    mass, damping = COEFFICIENTS[omega]
+    return -(STIFFNESS - omega**2 * mass - 1j * omega * damping)
+
+
+def harmonic(t: np.ndarray, y: np.ndarray, omega: float) -> complex:
+    """Complex amplitude of the part Re(A exp(-i omega t)) of y (n,), beside a mean and a second harmonic."""
+    basis = [np.ones_like(t), *(f(n * omega * t) for n in (1, 2) for f in (np.cos, np.sin))]
+    found = np.linalg.lstsq(np.stack(basis, 1), y, rcond=None)[0]
+    return complex(found[1], found[2])
+
+
+class Load(Measure):
+    """Heave and force of the last period."""
+
+    def __init__(self, sim, omega: float):
+        self.omega, self.rows = omega, []
+        super().__init__(sim)
+
+    def sample(self, sim) -> None:
+        joints = sim.bodies.joints()
+        middle = (
+            joints["joint_position"][0] - 0.5 * sim.dt * joints["joint_velocity"][0]
+        )  # of the step, as the force is
+        self.rows.append((sim.time - 0.5 * sim.dt, middle, models.force(sim)[0, 2]))
+
+    def errors(self) -> dict[str, float]:
+        t, z, force = np.array(self.rows).T
+        last = t > t[-1] - 2 * math.pi / self.omega
+        t, z, force = t[last], z[last], force[last]
+        found = harmonic(t, force, self.omega) / harmonic(t, z, self.omega)
+        exact = theory(self.omega)
+        return {
+            "force_amplitude": abs(found) / abs(exact) - 1,
+            "force_phase": np.angle(found / exact) / (2 * math.pi),
+            "added_mass": (found.real + STIFFNESS) / self.omega**2 / COEFFICIENTS[self.omega][0] - 1,
+        }
+
+
+def _scene(omega: float):
+    def scene(spacing: float, folder) -> dict:
+        place = (0, 0, HIGH / 2 - DRAFT)
+        spar = models.body("spar", place, models.HEAVE, "cylinder", (RADIUS, HIGH / 2), 1000 * DRAFT / HIGH)
+        zones = [{"axis": axis, "start": s * BEACH, "end": s * HALF, "rate": 5.0} for axis in "xy" for s in (-1, 1)]
+        period = 2 * math.pi / omega
+        motion = {"amplitude": HEAVE, "omega": omega, "ramp": RAMP * period}
+        return {
+            "dimension": 3,
+            "duration": PERIODS * period,
+            "tank": {"min": [-HALF, -HALF, -DEPTH], "max": [HALF, HALF, 0.4]},
+            "damping": zones,
+            "bodies": models.write(folder, [spar]),
+            "coupler": {"scheme": "prescribed", "motion": {"spar": motion}},
+        }
+
+    return scene
+
+
+def _case(omega: float) -> Case:
+    return Case(
+        f"forced_heave_{omega:g}",
+        f"Forced heave of a spar, amplitude {HEAVE:g} m, {omega:g} rad/s, 3D",
+        "Linear theory: boundary element code. The radius is 3, 4 and 8 spacings.",
+        {"coarse": RADIUS / 3, "medium": RADIUS / 4, "paper": RADIUS / 8},
+        _scene(omega),
+        lambda sim: Load(sim, omega),
+        {"force_amplitude": 0.05, "force_phase": 0.05},
+    )
+
+
+CASES = {case.name: case for case in map(_case, COEFFICIENTS)}
