@@ -263,7 +263,7 @@ class Fluid:
             self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
         self._relax(self.weights[1:], self.scene.numerics.pressure_tolerance if self._solves else None)
         if self.scene.closed:
-            self._set_level()
+            self._field[: self.count, self.dim] -= self._field[: self.count, self.dim][self.label >= 0].mean()
         self._extrapolate(self._field)
         return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
@@ -417,13 +417,6 @@ class Fluid:
         coefficients[:, sweeps.SOURCE] -= mean
         weight = 1 + coefficients[:, sweeps.INNER] * self.dtype(self.weights[0][0] - 1)
         self._field[: self.count, self.dim] += weight * mean / coefficients[:, sweeps.DIAGONAL]
-
-    def _set_level(self) -> None:
-        """The same for the pressure: its mean is zero, or where bodies move its least value, for fluid under tension comes
-        off them (a cylinder shaken in an annulus lost half of its added mass within a period)."""
-        pressure = self._field[: self.count, self.dim]
-        real = pressure[self.label >= 0]
-        pressure -= real.min() if self.owners > 1 else real.mean()
 
     def _advance_pressure(self, alpha: float, beta: float) -> None:
         """One sweep (`fsi.pressure`)."""
