@@ -47,11 +47,13 @@ def run(
     threads: int | None = None,
     overrides: Iterable[str] = (),
     level: str | None = None,
+    live: bool = False,
     quiet: bool = False,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
+    `live` shows the timeline in the browser as the run goes on, on this machine only.
     SIGINT and SIGTERM end the run after the step in hand, with status `interrupted`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
@@ -65,12 +67,14 @@ def run(
     from fsi.record import open_recorders
     from fsi.simulation import Simulation
 
-    recorders = open_recorders(scene, folder.path)
+    viewer = _viewer() if live else None
+    recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
     with (
         _manifest(folder, sim),
+        _watched(viewer, say),
         Progress(scene.duration, quiet=quiet) as progress,
         _closing(recorders, sim),
         _interruption(say) as interrupted,
@@ -190,6 +194,26 @@ def bind(scene: Scene, label: str) -> tuple:
         )
         ground = mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
     return bodies, coupler, ground
+
+
+def _viewer():
+    from fsi.viewer import WebViewer
+
+    return WebViewer()
+
+
+@contextmanager
+def _watched(viewer, say):
+    """The live view, if there is one, as long as the run inside goes on; what it has received stays in the browser."""
+    if viewer is None:
+        yield
+        return
+    from fsi.viewer import open_browser
+
+    with viewer:
+        say(f"live view: {viewer.page}")
+        open_browser(viewer.page)
+        yield
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,10 +14,10 @@ from rich.console import Console
 
 from fsi import cli
 from fsi.errors import RunError, SceneError
-from fsi.extras import require
 from fsi.progress import clock
 from fsi.run_folder import export, read_manifest
 from fsi.scene_file import builtin_scenes, load_scene, resolved_toml
+from fsi.viewer import WebViewer, open_browser, open_window, recording_of
 
 FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -66,13 +65,21 @@ def run(
     level: Level = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    live: Annotated[bool, typer.Option("--live", help="Show the timeline in the browser as the run goes on.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run a scene."""
     with exit_codes():
         result = cli.run(
-            scene, out=out, until=until, threads=threads, overrides=settings or (), level=level, quiet=quiet
+            scene,
+            out=out,
+            until=until,
+            threads=threads,
+            overrides=settings or (),
+            level=level,
+            live=live,
+            quiet=quiet,
         )
         if as_json:
             print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
@@ -135,15 +142,15 @@ def view(
 ) -> None:
     """Open the timeline of a run."""
     with exit_codes():
-        recording = directory / "run.rrd"
-        if not recording.is_file():
-            read_manifest(directory)
-            raise SceneError(f"{directory} has no timeline", fix="run the scene with output.timeline = true")
-        require("rerun", "viewer", "fsi view")
-        command = [sys.executable, "-m", "rerun", str(recording), "--bind", "127.0.0.1"]
-        code = subprocess.call([*command, "--web-viewer"] if web else command)
-        if code:
-            raise typer.Exit(FAILED)
+        recording = recording_of(directory)
+        if not web:
+            if open_window(recording):
+                raise typer.Exit(FAILED)
+            return
+        with WebViewer(recording) as viewer:
+            print(f"{viewer.page}\npress Ctrl-C to end", flush=True)
+            open_browser(viewer.page)
+            viewer.wait()
 
 
 @app.command("export")
