@@ -7,6 +7,7 @@ import numpy as np
 
 from bodies import checks, pto, sensors
 from bodies.conditions import conditions
+from bodies.gap import Gap, between
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.reach import Reach
@@ -57,9 +58,10 @@ class BodySet:
         self.joint_dof = model.jnt_dofadr[self._joints].astype(int)  # (joints,) index into joint accelerations (nv,)
         joints = dict(zip(self.joint_names, self._joints, strict=True))
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
-        self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance)
+        self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         self.sensor_names = sensors.names(model)
         self._solids = self._make_solids(geoms)
+        self._gaps = self._make_gaps(scene, geoms, source)
         labels = [name_of(model, GEOM, g) for g in geoms]
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
@@ -83,6 +85,10 @@ class BodySet:
     def solids(self) -> list[tuple[int, Placed]]:
         """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
         return list(self._solids)
+
+    def gaps(self) -> list[tuple[int, Gap]]:
+        """(owner, gap) for every body with fluid glued to it."""
+        return list(self._gaps)
 
     def check_inside(self, tank: Tank) -> None:
         """Raise SceneError for a body whose boundary lies outside the tank."""
@@ -204,6 +210,22 @@ class BodySet:
             solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
             solids.append((owner, solid))
         return solids
+
+    def _make_gaps(self, scene: Scene, geoms: list[int], source: object) -> list[tuple[int, Gap]]:
+        """The glued layers that the scene asks for. Contacts keep the bodies that far from what they touch."""
+        gaps = []
+        walls = [solid for owner, solid in self._solids if owner == 0]
+        for key, file in scene.bodies.items():
+            prefix = f"{key}/" if len(scene.bodies) > 1 else ""
+            own = [b for b, name in enumerate(self.names) if name.startswith(prefix)] if file.glued_layers else []
+            for b in own:
+                solids = [solid for owner, solid in self._solids if owner == 2 + b]
+                layers, name = file.glued_layers, f"bodies.{key}.glued_layers"
+                gaps.append((2 + b, between(solids, walls, scene.spacing, layers, scene.layers, name, source)))
+                for geom in geoms:
+                    if self.model.geom_bodyid[geom] == self._bodies[b]:
+                        self.model.geom_margin[geom] = file.glued_layers * scene.spacing
+        return gaps
 
     def _check_width(self, geoms: list[int], width: float) -> list[str]:
         """Notes on bodies whose extent along y is not the width [m] that a two-dimensional scene stands for."""

@@ -40,10 +40,14 @@ def check_contacts(model: mujoco.MjModel, data: mujoco.MjData, spacing: float, s
     """Raise SceneError for geoms that stand in each other at the start, where MuJoCo would shoot them apart."""
     mujoco.mj_fwdPosition(model, data)
     for contact in data.contact[: data.ncon]:
-        if contact.dist < -DEEP * spacing:
+        depth = contact.includemargin - contact.dist
+        if depth > DEEP * spacing:
             first, second = (name_of(model, GEOM, geom) for geom in contact.geom)
             fix = "move them apart, or switch their contact off (contype, conaffinity, exclude)"
-            fault = f"geoms {first!r} and {second!r} stand {-contact.dist:.3g} m in each other at the start"
+            apart = (
+                f"the {contact.includemargin:.3g} m that they have to keep" if contact.includemargin else "each other"
+            )
+            fault = f"geoms {first!r} and {second!r} stand {depth:.3g} m in {apart} at the start"
             raise SceneError(fault, key="bodies", file=source, fix=fix)
 
 

@@ -12,6 +12,8 @@ from bodies.meshes import open_edges
 from fsi.errors import SceneError
 from fsi.scene import BodyFile
 
+OFF = 2e-6  # m; MuJoCo overlooks a micrometre
+LEAST_FRICTION = 1e-3
 GEOM = mujoco.mjtObj.mjOBJ_GEOM
 
 
@@ -27,10 +29,20 @@ def load_model(files: Mapping[str, BodyFile], gravity: float, source: object) ->
     whole.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # else an unstable run would start over
     if mujoco.get_mju_user_warning() is None:  # else MuJoCo writes a log file into the working directory
         mujoco.set_mju_user_warning(lambda text: warnings.warn(f"MuJoCo: {text}", RuntimeWarning, stacklevel=2))
+    notes = []
+    if whole.option.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        whole.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        notes.append(
+            "integrator RK4 replaced by implicitfast: the fluid's inertia and stiff forces are taken implicitly"
+        )
     model = _compile(whole, path)
-    if not _count_meshes_exactly(whole, model):
-        return model, []
-    return _compile(whole, path), ["mesh geoms: mass and inertia by exact integration (inertia='exact')"]
+    if _count_meshes_exactly(whole, model):
+        model = _compile(whole, path)
+        notes.append("mesh geoms: mass and inertia by exact integration (inertia='exact')")
+    if _make_room(whole, model):
+        model = _compile(whole, path)
+    notes += _without_friction(model)
+    return model, notes
 
 
 def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: object) -> list[int]:
@@ -131,6 +143,28 @@ def _count_meshes_exactly(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
         if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY and open_edges(*mesh_arrays(model, index)) == 0:
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+            changed = True
+    return changed
+
+
+def _without_friction(model: mujoco.MjModel) -> list[str]:
+    """Contacts of no friction get one dimension: with three and a coefficient of nothing MuJoCo's solver blows up."""
+    smooth = (model.geom_friction[:, 0] < LEAST_FRICTION) & (model.geom_condim > 1)
+    model.geom_condim[smooth] = 1
+    names = ", ".join(repr(name_of(model, GEOM, geom)) for geom in np.flatnonzero(smooth))
+    return [f"contact of geoms without friction: condim 1 ({names})"] if names else []
+
+
+def _make_room(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+    """MuJoCo keeps no more than the diagonal of the mass matrix for a body whose joints meet its principal axes. Move its
+    centre of mass by `OFF`, so that the inertia of the fluid, which couples them, finds room there."""
+    changed = False
+    for body in spec.bodies:
+        index = model.body(body.name).id if body.name else 0
+        if index and model.body_simple[index] and model.body_dofnum[index] > 1:
+            body.explicitinertial, body.mass = True, model.body_mass[index]
+            body.ipos, body.iquat = model.body_ipos[index] + [0.0, 0.0, OFF], model.body_iquat[index]
+            body.inertia, body.fullinertia = model.body_inertia[index], np.full(6, np.nan)
             changed = True
     return changed
 

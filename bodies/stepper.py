@@ -4,9 +4,12 @@ Over a step the joint force of the fluid falls with the joint acceleration a (nv
 
     (M + Ma) a = tau(q, qd) + J^T F0 + Ma a0.
 
-MuJoCo takes the diagonal of Ma as `dof_armature`; the rest enters as an applied force that depends on a and is
-iterated: without contact or limit the map is affine and one Newton correction is exact, Broyden's updates (Broyden
-1965, doi:10.1090/S0025-5718-1965-0198670-6) follow the kinks that constraints bring.
+The symmetric part of Ma goes into MuJoCo's mass matrix where that has an entry: for the joints of one body and for those
+along one branch of a tree. Its constraint solver then finds limits, contacts and friction for the inertia of body and
+fluid together. The rest, between bodies of different trees, and an antisymmetric part, which comes from a pressure that is
+not solved to the end, enters as an applied force that depends on a and is iterated: without contact or limit the map is
+affine and one Newton correction is exact, Broyden's updates (Broyden 1965, doi:10.1090/S0025-5718-1965-0198670-6) follow
+the kinks that constraints bring.
 """
 
 from __future__ import annotations
@@ -16,23 +19,34 @@ import numpy as np
 
 from bodies.penetration import Penetration
 from bodies.pto import PowerTakeOffs
-from bodies.stiff import StiffForces
+from bodies.stiff import StiffForces, out_of_plane
 from fsi.errors import RunError
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 LEAST = 0.5  # share of the own inertia that a measured added inertia may take away: less than that is noise
-PASSES = 12  # at most, for the off-diagonal added inertia of one substep
+PASSES, SLOW = 12, 40  # at most, of the quick and of the safe iteration of one substep
 
 
 class Stepper:
-    """Advances one MuJoCo model; `notes` says what was decided, `unsettled` counts substeps that did not converge."""
+    """Advances one MuJoCo model, in the `plane` y = 0 if asked to; `notes` says what was decided, `unsettled` counts
+    substeps that did not converge."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, ptos: PowerTakeOffs, tolerance: float = 1e-6):
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        ptos: PowerTakeOffs,
+        tolerance: float = 1e-6,
+        plane: bool = False,
+    ):
         self.model, self.data, self.tolerance = model, data, tolerance
         self.notes: dict[str, str] = {}
         self.unsettled = 0
         self.ptos = ptos
         self._stiff = StiffForces(model, ptos, self.notes)
+        if plane:
+            self._stiff.fixed = out_of_plane(model, data)
+        self._entries = np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind[: len(data.M)].copy()
         self.penetration = Penetration(model)
         self._scratch = mujoco.MjData(model)
         self._time_step = model.opt.timestep
@@ -121,40 +135,82 @@ class Stepper:
             mujoco.mj_setConst(self.model, self._scratch)
 
     def _substep(self, added: np.ndarray, a0: np.ndarray, force: np.ndarray) -> None:
-        """One MuJoCo step under a joint force (nv,) with the off-diagonal added inertia settled."""
-        model, data = self.model, self.data
+        """One MuJoCo step under a joint force (nv,) with the added inertia, whose diagonal is in the model."""
+        data, (row, column) = self.data, self._entries
+        symmetric = (added + added.T) / 2
+        within = np.where(row == column, 0.0, symmetric[row, column])
         coupling = added - np.diag(np.diag(added))
+        coupling[row, column] -= within
+        coupling[column, row] -= within
         load = added @ a0 + force
         if not coupling.any():
             data.qfrc_applied[:] = load
-            mujoco.mj_step(model, data)
+            self._step(within)
             return
         start = self._state()
+        if not self._chase(start, load, coupling, a0, within) and not self._creep(start, load, coupling, a0, within):
+            self.unsettled += 1
+            self.notes["unsettled"] = f"{self.unsettled} substeps did not settle the added inertia within {SLOW} passes"
+
+    def _chase(self, start, load, coupling, a0, within) -> bool:
+        """Settle the acceleration by Broyden's method; whether that succeeded."""
         guess = a0.copy()
-        residual, inertia = self._trial(start, load - coupling @ guess, guess)
-        implicit = inertia + model.opt.timestep * np.diag(model.dof_damping)
+        residual, inertia = self._trial(start, load - coupling @ guess, guess, within)
+        implicit = inertia + self.model.opt.timestep * np.diag(self.model.dof_damping)
         inverse = np.linalg.solve(implicit + coupling, implicit)
         for _ in range(PASSES):
             step = inverse @ residual
             guess, last = guess + step, residual
-            residual, inertia = self._trial(start, load - coupling @ guess, guess)
-            limit = guess @ inertia @ guess + self._weight + np.finfo(float).tiny
-            if residual @ inertia @ residual <= self.tolerance**2 * limit:
-                return
+            residual, inertia = self._trial(start, load - coupling @ guess, guess, within)
+            if self._settled(residual, guess, inertia):
+                return True
             inverse = _broyden(inverse, step, residual - last)
-        self.unsettled += 1
-        self.notes["unsettled"] = f"{self.unsettled} substeps did not settle the added inertia within {PASSES} passes"
+        return False
 
-    def _trial(self, start: np.ndarray, force: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _creep(self, start, load, coupling, a0, within) -> bool:
+        """The same where contacts come and go, by steps that lead nearer each time: the mass matrix takes a diagonal that
+        outweighs the coupling, and gives it back with the last acceleration. Constraints do not undo that, for what they
+        make of a change of force is no more than its change of acceleration without them."""
+        guess, (row, column) = a0.copy(), self._entries
+        scale = np.sqrt(np.diag(self.inertia()))
+        extra = np.abs(coupling + coupling.T) / 2 @ (1 / scale) * scale if coupling.size else np.zeros(0)
+        heavier, rest = within + np.where(row == column, extra[row], 0.0), coupling - np.diag(extra)
+        for _ in range(SLOW):
+            residual, inertia = self._trial(start, load - rest @ guess, guess, heavier)
+            guess = guess + residual
+            if self._settled(residual, guess, inertia):
+                return True
+        return False
+
+    def _settled(self, residual: np.ndarray, guess: np.ndarray, inertia: np.ndarray) -> bool:
+        limit = guess @ inertia @ guess + self._weight + np.finfo(float).tiny
+        return residual @ inertia @ residual <= self.tolerance**2 * limit
+
+    def _trial(
+        self, start: np.ndarray, force: np.ndarray, guess: np.ndarray, within: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Step from the state `start` under a joint force (nv,): realised minus guessed acceleration, mass matrix."""
         model, data = self.model, self.data
         mujoco.mj_setState(model, data, start, STATE)
         before = data.qvel.copy()
         data.qfrc_applied[:] = force
-        mujoco.mj_step(model, data)
-        inertia = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, data, inertia)
-        return (data.qvel - before) / model.opt.timestep - guess, inertia
+        self._step(within)
+        return (data.qvel - before) / model.opt.timestep - guess, self.inertia()
+
+    def _step(self, within: np.ndarray) -> None:
+        """MuJoCo's step with `within` added to the entries of its mass matrix."""
+        model, data = self.model, self.data
+        mujoco.mj_fwdPosition(model, data)
+        data.M[:] += within
+        mujoco.mj_factorM(model, data)
+        mujoco.mj_projectConstraint(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        if (control := mujoco.get_mjcb_control()) is not None:
+            control(model, data)
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        mujoco.mj_fwdConstraint(model, data)
+        mujoco.mj_implicit(model, data)
 
 
 def bounded(added: np.ndarray, own: np.ndarray) -> np.ndarray:

@@ -37,6 +37,7 @@ class StiffForces:
         poly = (model.jnt_stiffnesspoly, model.tendon_stiffness, model.tendon_stiffnesspoly)
         self._explicit = model.nu > 0 or any(values.any() for values in poly)
         self._trial = mujoco.MjData(model) if self._explicit else None
+        self.fixed = np.zeros(model.nv, bool)  # degrees of freedom that stay as they are
         self.holding = np.zeros(model.nv)  # damping of the joints that are held
 
     def substeps(self, dt: float, data: mujoco.MjData) -> int:
@@ -66,6 +67,7 @@ class StiffForces:
         self._say(thick, "damper")
         armature = dt * (c + dt * k)
         force = -(c + dt * k) * data.qvel
+        armature[self.fixed] += RIGID * inertia[self.fixed]
         if self.ptos.any:
             self._add_power_take_offs(dt, data, inertia, armature, force)
         return armature, force
@@ -117,6 +119,19 @@ class StiffForces:
         stiffness -= np.diag(np.where(self._stiffness > 0, np.minimum(self._stiffness, np.diag(stiffness)), 0.0))
         values = np.linalg.eigvals(np.linalg.solve(inertia, stiffness)).real if nv else np.zeros(1)
         return math.sqrt(max(values.max(), 0.0))
+
+
+def out_of_plane(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """The degrees of freedom (nv,) of free joints that lead out of the plane y = 0, in which nothing in a two-dimensional
+    fluid holds a body: contacts at its two ends along y would make it tumble. `data` is at the start."""
+    mujoco.mj_kinematics(model, data)
+    out = np.zeros(model.nv, bool)
+    for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE):
+        across = np.abs(data.xmat[model.jnt_bodyid[joint]].reshape(3, 3)[1]) > 1 - 1e-6  # the body's axis along y
+        if across.any():
+            dof = model.jnt_dofadr[joint]
+            out[dof + 1], out[dof + 3 : dof + 6] = True, ~across
+    return out
 
 
 def _fastest_constraint(model: mujoco.MjModel) -> tuple[float, str]:

@@ -43,6 +43,11 @@ def gaps(points: np.ndarray, reach: float) -> np.ndarray:
     return np.sqrt(_search(points, points, reach, True)[1])
 
 
+def distances(points: np.ndarray, chosen: np.ndarray, reach: float) -> np.ndarray:
+    """Distance (n,) of the points (n, dim) to the nearest of the `chosen` (k, dim) [m], `reach` where that is farther."""
+    return np.sqrt(_search(points, chosen, reach, False)[1])
+
+
 @njit(cache=True)
 def _apart(points, radius, first):
     """Which points (n, dim) to keep, first come first served, so that no two are closer than radius;

@@ -35,6 +35,7 @@ class Layout:
     depth: float
     notes: tuple[str, ...]
     liquid: np.ndarray | None = None
+    glued: np.ndarray | None = None
 
 
 def water_depth(scene: Scene) -> float:
@@ -55,13 +56,22 @@ def piston_reach(scene: Scene) -> float:
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
     """Raises SceneError where no fluid is left."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
-    position, velocity, pressure, liquid = _fluid(scene, [solid for _, solid in solids])
+    gaps = bodies.gaps() if bodies else []
+    position, velocity, pressure, liquid = _fluid(scene, [solid for _, solid in solids + gaps])
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
             key="fluid",
             fix="raise fluid.still_water_level above the tank's bottom, or add [[fluid.blocks]]",
         )
+    glued = None
+    if gaps:
+        glued = np.concatenate([np.full(len(gap.position), owner) for owner, gap in gaps])
+        layer = np.concatenate([gap.position for _, gap in gaps])
+        below = scene.fluid.still_water_level - layer[:, -1]
+        position, velocity = np.concatenate([position, layer]), np.concatenate([velocity, np.zeros_like(layer)])
+        pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
+        liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
     boundary, owner = _boundary(scene, solids)
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
@@ -71,7 +81,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width
     notes = tuple(_off_lattice(scene))
-    return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes, liquid)
+    return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes, liquid, glued)
 
 
 def _axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:

@@ -47,6 +47,15 @@ class Solid(Protocol):
         """Signed distance (n,) of points (n, dim) to the surface, negative inside; exact near the surface only."""
 
 
+class Gap(Protocol):
+    """Fluid between a body and a wall that moves with the body."""
+
+    position: np.ndarray  # (n, dim) of its particles at t = 0 [m]
+
+    def clearance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance (n,) of points (n, dim) to where a free particle fits, negative where none does."""
+
+
 class BodySet(Protocol):
     """The rigid bodies of a scene (`bodies.BodySet` is MuJoCo's)."""
 
@@ -62,6 +71,9 @@ class BodySet(Protocol):
 
     def solids(self) -> list[tuple[int, Solid]]:
         """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
+
+    def gaps(self) -> list[tuple[int, Gap]]:
+        """(owner, gap) for every body with fluid glued to it."""
 
     def motion(self) -> BodyMotion: ...
 

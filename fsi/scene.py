@@ -180,6 +180,9 @@ class BodyFile(Part):
 
     mjcf: FilePath
     position: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)  # of the file's world origin in the tank [m]
+    glued_layers: Annotated[int, Field(ge=0, le=3)] = (
+        0  # of fluid, in the gap to fixed wet geoms, that move with the body
+    )
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 

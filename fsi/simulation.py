@@ -72,6 +72,11 @@ class Simulation:
         self.team = Team(threads)
         self.fluid = Fluid(scene, layout, self.team)
         self.movers = self._movers(layout.depth)
+        self.glue = None
+        if layout.glued is not None:
+            from fsi.glue import Glue
+
+            self.glue = Glue(self.fluid, bodies, layout.glued)
         self.books = Books(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
         self._notes = list(layout.notes)
@@ -127,6 +132,8 @@ class Simulation:
             if "series" in logged and self.recorders:
                 self.books.open_audit()
             sums, impulse = self.fluid.correct()
+            if self.glue:
+                self.glue.hold(sums, impulse)
         self.time += dt
         self.step_count += 1
         self._close(sums, impulse, wrench, motion, dt)

@@ -187,3 +187,10 @@ def test_a_body_that_leaves_through_a_wall_is_noted(make_bodies):
     for _ in range(5):
         made.advance(0.01, np.zeros((1, 6)), np.zeros((6, 6)), np.zeros(6))
     assert any("body 'box' went through the tank's z- wall at t = 0.62 s" in note for note in made.notes)
+
+
+def test_contact_without_friction_is_made_one_dimensional(make_bodies):
+    made = make_bodies(
+        '<body name="b"><freejoint/><geom name="hull" type="box" size="0.2 0.1 0.1" friction="0 0 0"/></body>'
+    )
+    assert made.notes == ("contact of geoms without friction: condim 1 ('hull')",) and made.model.geom_condim[0] == 1

@@ -75,7 +75,7 @@ sim = Simulation(scene, threads=1)
 sim.run()
 heavy = {"mujoco", "trimesh", "rerun", "mcap", "google", "typer", "rich", "xarray", "matplotlib", "pandas"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
-assert not {"bodies", "couplers", "cases"} & set(sys.modules)
+assert not {"bodies", "couplers", "cases", "fsi.glue"} & set(sys.modules)
 
 fluid = sim.fluid
 used = {fluid._predictor, fluid._source, fluid._sweep, fluid._corrector, fluid._weights, fluid._extrapolation}
