@@ -158,6 +158,13 @@ def sweep(study, **options):
     return run_all(study, **options)
 
 
+def report(directory: str | Path) -> Path:
+    """Write the page of a study's folder and return its file. Raises SceneError where the folder holds none."""
+    from cases.study.report import report as of_study
+
+    return of_study(directory)
+
+
 def main() -> None:
     """The command `fsi`."""
     from fsi.commands import app

@@ -267,3 +267,10 @@ def sweep(
         print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
         if facts["runs"] and not facts["done"]:
             raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
+
+
+@app.command()
+def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a study.")]) -> None:
+    """Write the report of a study: one HTML page, and its plots as PNG."""
+    with exit_codes():
+        print(cli.report(directory))

@@ -113,7 +113,12 @@ def _load(study: Study, keys: Mapping[str, object]) -> Scene:
 
 
 def _toml(value: object) -> str:
-    return dumps({"v": list(value) if isinstance(value, tuple) else value}).removeprefix("v = ").strip()
+    """A value as an override has it; an empty text restores the default."""
+    return (
+        ""
+        if value == ""
+        else dumps({"v": list(value) if isinstance(value, tuple) else value}).removeprefix("v = ").strip()
+    )
 
 
 def _build(script: Path, folder: Path, arguments: Mapping[str, object]) -> dict:

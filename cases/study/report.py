@@ -69,7 +69,12 @@ def _routine(page: Page, data) -> None:
     if "best_damping" in data:
         section = page.section("Best damping")
         others = list(data.best_damping.dims)
-        heads = [*(label(data[name]) for name in others), label(data.best_damping), label(data.best_power), "between points"]
+        heads = [
+            *(label(data[name]) for name in others),
+            label(data.best_damping),
+            label(data.best_power),
+            "between points",
+        ]
         rows = []
         for index in np.ndindex(data.best_damping.shape):
             at = [float(data[name].values[i]) for name, i in zip(others, index, strict=True)]
@@ -82,7 +87,9 @@ def _routine(page: Page, data) -> None:
             if name in data:
                 first, second = data[name].dims
                 heads = [f"{label(data[first])} \\ {label(data[second])}", *(f"{v:g}" for v in data[second].values)]
-                rows = [[float(v), *map(float, row)] for v, row in zip(data[first].values, data[name].values, strict=True)]
+                rows = [
+                    [float(v), *map(float, row)] for v, row in zip(data[first].values, data[name].values, strict=True)
+                ]
                 section.table(heads, rows, label(data[name]))
     if any(str(name).endswith("_max_mode") for name in data.data_vars):
         section, rows = page.section("Extreme of a storm"), []
@@ -107,7 +114,9 @@ def _columns(data, frame) -> list[str]:
     objective = data.attrs.get("objective", "")
     wanted = [name for base in (*SHOWN, *DECAY) for name in frame if name == base or name.startswith(f"{base}.")]
     names = [name for name in dict.fromkeys([objective, *wanted]) if name in frame and frame[name].notna().any()]
-    return names or [name for name in frame if name.partition(".")[0] in data.data_vars and frame[name].dtype == float][:6]
+    return (
+        names or [name for name in frame if name.partition(".")[0] in data.data_vars and frame[name].dtype == float][:6]
+    )
 
 
 def _responses(data, frame):
@@ -129,19 +138,29 @@ def _responses(data, frame):
 
 def _by_numbers(data, frame) -> list[str]:
     """Parameters that are numbers and vary, the one with most values first."""
-    numbers = [n for n in names_in_order(data) if n != "seed" and frame[n].dtype.kind in "if" and frame[n].nunique() > 1]
+    numbers = [
+        n for n in names_in_order(data) if n != "seed" and frame[n].dtype.kind in "if" and frame[n].nunique() > 1
+    ]
     return sorted(numbers, key=lambda name: -frame[name].nunique())
 
 
 def _curves(panel, data, frame, name: str, parameters: list[str]) -> None:
-    x, others = parameters[0], [p for p in names_in_order(data) if p not in (parameters[0], "seed") and frame[p].nunique() > 1]
+    x, others = (
+        parameters[0],
+        [p for p in names_in_order(data) if p not in (parameters[0], "seed") and frame[p].nunique() > 1],
+    )
     for values in product(*(sorted(frame[p].unique()) for p in others)):
         part = frame
         for other, value in zip(others, values, strict=True):
             part = part[part[other] == value]
         part = part.groupby(x, as_index=False)[name].mean().dropna()
-        text = ", ".join(f"{p} {v:g}" if isinstance(v, float) else f"{p} {v}" for p, v in zip(others, values, strict=True))
+        text = ", ".join(_at(data, p, v) for p, v in zip(others, values, strict=True))
         panel.plot(part[x], part[name], marker="o", markersize=4, linewidth=1.4, label=text or None)
+    best = best_row(data)
+    if best is not None and name == best["objective"]:
+        panel.plot(
+            best["parameters"][x], best["value"], "*", color="#b8860b", markersize=14, label="best run", zorder=5
+        )
     base = name.partition(".")[0]
     if f"{base}_bem" in data and not others:
         panel.plot(data[x], data[f"{base}_bem"], linestyle="--", color="0.4", label="linear theory")
@@ -149,6 +168,15 @@ def _curves(panel, data, frame, name: str, parameters: list[str]) -> None:
     panel.set_ylabel(label(data[base]), fontsize=10)
     panel.set_title(name, loc="left", fontsize=12)
     charts.legend(panel)
+
+
+def _at(data, name: str, value) -> str:
+    units = data[name].attrs["units"]
+    return (
+        f"{name} {value:g}{'' if units == '1' else f' {units}'}"
+        if isinstance(value, int | float)
+        else f"{name} {value}"
+    )
 
 
 def _axis(panel, data, name: str, axis: str) -> None:
@@ -179,7 +207,9 @@ def _surface(panel, data, frame, name: str, parameters: list[str]) -> None:
 def _spread(known, x: str, y: str) -> bool:
     """Whether the points span a plane, as a triangulation needs."""
     points = known[[x, y]].drop_duplicates().to_numpy(float)
-    return len(points) > 3 and np.linalg.matrix_rank((points - points.mean(0)) / np.ptp(points, axis=0).clip(1e-300)) == 2
+    return (
+        len(points) > 3 and np.linalg.matrix_rank((points - points.mean(0)) / np.ptp(points, axis=0).clip(1e-300)) == 2
+    )
 
 
 def _history(page: Page, data, frame) -> None:
@@ -219,5 +249,3 @@ def _plain(value):
     if isinstance(value, float | np.floating):
         return "" if np.isnan(value) else float(value)
     return value.item() if isinstance(value, np.generic) else value
-
-

@@ -110,6 +110,16 @@ def test_tables_hold_every_row_with_units(here):
     assert np.allclose(parquet["crest_max.middle"].to_numpy(), frame["crest_max.middle"])
 
 
+def test_report_of_a_study(here):
+    sweep("study.toml", workers=0, quiet=True)
+    result = CliRunner().invoke(app, ["report", "studies/study"])
+    assert (result.exit_code, result.stdout) == (0, "studies/study/report.html\n"), result.output
+    page = (here / "studies/study/report.html").read_text()
+    assert "width [m]" in page and "gauge_Hm0.middle [m]" in page and page.count("<img") == 1
+    assert (here / "studies/study/report/response.png").stat().st_size > 5000
+    assert CliRunner().invoke(app, ["report", "."]).stderr.startswith(". holds no study; give the folder")
+
+
 def test_mistakes_stop_a_study_before_it_runs(here):
     for change, fault in (
         (('"tank.max[0]"', '"tank.mux[0]"'), "the scene has no tank.mux[0]"),
