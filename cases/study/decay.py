@@ -54,10 +54,13 @@ def identify(time: np.ndarray, values: np.ndarray) -> Decay:
     velocity = np.gradient(values, time)[0]
     scale = float(np.abs(values - values[-1]).max())
     first = [omega, max(b1, 0.0), max(b2, 0.0), float(np.mean(values[len(values) // 2 :])), values[0], velocity]
+    least, most = values.min() - scale, values.max() + scale  # what is passive takes energy out: no damping below zero
+    low = [0.2 * omega, 0.0, 0.0, least, least, -5 * scale * omega]
+    high = [5 * omega, 4 * omega, 10 / scale, most, most, 5 * scale * omega]
+    first = np.clip(first, low, high)
+    unit = [omega, omega, 1 / scale, scale, scale, scale * omega]
     fit = optimize.least_squares(
-        lambda p: (_solution(p, time) - values) / scale,
-        first,
-        x_scale=[omega, omega, 1 / scale, scale, scale, scale * omega],
+        lambda p: (_solution(p, time) - values) / scale, first, bounds=(low, high), x_scale=unit
     )
     natural, b1, b2, offset = fit.x[:4]
     residual = scale * math.sqrt(float(np.mean(fit.fun**2)))

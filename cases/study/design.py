@@ -113,12 +113,16 @@ def _load(study: Study, keys: Mapping[str, object]) -> Scene:
 
 
 def _toml(value: object) -> str:
-    """A value as an override has it; an empty text restores the default."""
-    return (
-        ""
-        if value == ""
-        else dumps({"v": list(value) if isinstance(value, tuple) else value}).removeprefix("v = ").strip()
-    )
+    """A value as an override has it, on one line; an empty text restores the default."""
+    return "" if value == "" else _inline(value)
+
+
+def _inline(value: object) -> str:
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(key)} = {_inline(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    return dumps({"v": value}).removeprefix("v = ").strip()
 
 
 def _build(script: Path, folder: Path, arguments: Mapping[str, object]) -> dict:

@@ -99,8 +99,9 @@ def open_pool(workers: int | None, scheduler: str | None, threads: int) -> Itera
         return
     cores = available_threads()
     count = workers or max(1, cores // threads)
-    options = {"n_workers": count, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
-    options |= {"memory_limit": None, "host": "127.0.0.1", "silence_logs": 50}
+    options = {"n_workers": count, "threads_per_worker": 1, "processes": True, "memory_limit": None, "silence_logs": 50}
+    options |= {"host": "127.0.0.1", "scheduler_kwargs": {"dashboard": False, "dashboard_address": "127.0.0.1:0"}}
+    options |= {"dashboard_address": None, "worker_dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         client.register_plugin(_placement(distributed, threads))
         yield Cluster(client, count)

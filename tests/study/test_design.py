@@ -27,6 +27,12 @@ def test_keys_of_the_scene_are_set_and_name_the_run(here):
     assert other.hash != made.hash == same.hash
 
 
+def test_set_takes_lists_and_tables_and_takes_keys_out(here):
+    zones = [{"start": 0.6, "end": 1.0, "rate": 5.0}]
+    made = design(Study(scene=str(here / "tank.toml"), set={"damping": zones, "gauges": ""}), {}, here / "runs")
+    assert made.scene.damping[0].end == 1.0 and made.scene.gauges == {}
+
+
 def test_an_attribute_of_an_mjcf_element_is_set_in_a_file_of_the_run(here):
     made = design(study(here, "flap", damping=HINGE), {"damping": 7.5}, here / "runs")
     file = made.scene.bodies["flap"].mjcf
