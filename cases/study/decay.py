@@ -64,7 +64,7 @@ def identify(time: np.ndarray, values: np.ndarray) -> Decay:
     )
     natural, b1, b2, offset = fit.x[:4]
     residual = scale * math.sqrt(float(np.mean(fit.fun**2)))
-    return Decay(2 * math.pi / natural, float(b1), float(b2), float(offset), residual)
+    return Decay(2 * math.pi / float(natural), float(b1), float(b2), float(offset), residual)
 
 
 def _solution(parameters: np.ndarray, time: np.ndarray) -> np.ndarray:
