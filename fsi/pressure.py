@@ -29,6 +29,7 @@ from fsi.scene import Numerics, Scene
 SOUND = 1 / math.sqrt(7)  # c dt / h for a gain of one
 HIGHEST = 1.35  # largest eigenvalue of D^-1 A met on disordered particles, in two and three dimensions
 MOST = 2000  # sweeps of a step to convergence
+FARTHEST = 1.45  # eigenvalue that so many sweeps may meet, also between liquids of unequal density
 SPAN = 30.0  # of the spectrum that Chebyshev's weights are made for
 
 
@@ -52,13 +53,13 @@ def solution(scene: Scene, depth: float, most: int = MOST) -> Iteration:
     sides = [high - low for low, high in zip(scene.tank.min, scene.tank.max, strict=True)]
     wave = max(sides) if scene.closed else 2 * depth  # half length of the slowest mode [m]
     slowest = (SOUND * scene.smoothing_length * math.pi / wave) ** 2
-    return chebyshev(most, HIGHEST / min(slowest, 0.5))
+    return chebyshev(most, FARTHEST / min(slowest, 0.5), FARTHEST)
 
 
-def chebyshev(sweeps: int, span: float = SPAN) -> Iteration:
-    """Chebyshev's weights for the spectrum HIGHEST / span to HIGHEST. The gain is minus the slope of the error polynomial
+def chebyshev(sweeps: int, span: float = SPAN, highest: float = HIGHEST) -> Iteration:
+    """Chebyshev's weights for the spectrum highest / span to highest. The gain is minus the slope of the error polynomial
     T_k((centre - l) / half) / T_k(centre / half) at l = 0."""
-    centre, half = 0.5 * HIGHEST * (1 + 1 / span), 0.5 * HIGHEST * (1 - 1 / span)
+    centre, half = 0.5 * highest * (1 + 1 / span), 0.5 * highest * (1 - 1 / span)
     sigma = centre / half
     weights, ratio = [(1 / centre, 0.0)], 1 / sigma
     for _ in range(sweeps - 1):

@@ -174,10 +174,14 @@ def make_source(lanes: int, dim: int, dense: bool):
                     x_ij = x_i - other_vector(trial, j, 0, L, DIM)
                     r2 = dot(x_ij, x_ij)
                     f = slope(closeness(r2, k.inverse_support))
-                    outflow = outflow + divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)
-                    a = laplacian_weight(f, r2, k.eta2)
+                    a, out = (
+                        laplacian_weight(f, r2, k.eta2),
+                        divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij),
+                    )
                     if dense:
-                        a = a * lightness(r_i, partner(r_i, other(trial, j, R, L)))
+                        r_j = partner(r_i, other(trial, j, R, L))
+                        a, out = a * lightness(r_i, r_j), out * (r_j * lightness(r_i, r_j))
+                    outflow = outflow + out
                     pull = pull + a * other(trial, j, P, L)
                 store(t_, 0, outflow)
                 store(t_, L, pull)
