@@ -48,6 +48,7 @@ class Fluid:
         self.boundary, self.owner = layout.boundary.copy(), layout.owner.copy()
         self.boundary_velocity = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
+        self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.lost = 0
         self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.fall[-1] -= scene.gravity
@@ -233,8 +234,10 @@ class Fluid:
         )  # fmt: skip
         if rheology and rheology.implicit:
             shore = self._boundary_near if self._solids else None
-            walls = self._shepard, self._sorted_velocity
-            self._flow = rheology.solve(near, shore, self._flow, self.velocity, walls, self.k, self.dt, self.periodic)
+            self._set_lift(self._acceleration[None], self._twist, self.fall, self._lift)
+            self._extrapolate(self._trial)
+            rows, walls = (self._flow, self._trial), (self._shepard, self._sorted_velocity)
+            self._flow = rheology.solve(near, shore, *rows, self.velocity, walls, self.k, self.dt, self.periodic)
             self._trial[: self.count, self.dim + 1 : 2 * self.dim + 1] = self.velocity
         elif rheology:
             rheology.resist(near, self._flow, self._trial, self.velocity, self.k, self.dt)
@@ -249,6 +252,7 @@ class Fluid:
 
     def pressure(self, acceleration: np.ndarray) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
+        self._acceleration = acceleration
         self._set_lift(acceleration[None], self._twist, self.fall, self._lift)
         self._extrapolate(self._trial)
         near = self._near

@@ -101,6 +101,7 @@ class Rheology:
         self._shear = viscous.make_shear(lanes, dim) if self.shears else None
         self._viscosity = viscous.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
         self._mirror = viscous.make_mirror(lanes, dim) if implicit and self.no_slip else None
+        self._push = viscous.make_push(lanes, dim, dense) if implicit else None
         self.drag = viscous.make_drag(lanes, dim)
         self._nothing = np.empty((0, dim), dtype)
         self._twin = np.empty((0, self.columns), dtype)
@@ -122,17 +123,22 @@ class Rheology:
             self.dtype(dt), self.dtype(1), self.dtype(0),
         )  # fmt: skip
 
-    def solve(self, near, shore, flow, velocity, walls, k, dt, periodic) -> np.ndarray:
-        """Implicit: velocity (n, dim) becomes the solution u of u = velocity + dt A(u), and so do the fluid's rows of
-        `flow`, which is returned. `shore`: neighbours of the boundary, None without one; `walls` (sum W (b, .),
-        velocity (b, dim))."""
+    def solve(self, near, shore, flow, trial, velocity, walls, k, dt, periodic) -> np.ndarray:
+        """Implicit: velocity (n, dim) gains dt A(u) of the solution u of u = velocity + dt (A(u) + B), B the acceleration
+        by the pressures in `trial`; the fluid's rows of `flow`, which is returned, become u. Without the last step's
+        pressure in the equation, viscosity would hold up part of the weight (van Kan 1986). `shore`: neighbours of the
+        boundary, None without one; `walls` (sum W (b, .), velocity (b, dim))."""
         n, dim = velocity.shape
         U = slice(dim, 2 * dim)
-        flow[:n, U] = velocity
+        push = np.zeros((n, dim), self.dtype)
+        self.team.run(self._push, near.bounds, near.groups, trial, push, k)
+        velocity += dt * push
         now = flow
+        flow[:n, U] = velocity
         if len(self._twin) != len(flow):
             self._twin = np.empty_like(flow)
         new = self._twin
+        periodic.mirror(flow, U)
         new[:] = flow
         change, before = np.zeros((2, n, dim), self.dtype)
         span = 1 + dt * self.decay
@@ -146,7 +152,7 @@ class Rheology:
             periodic.mirror(new, U)
             now, new, change, before = new, now, before, change
         self._reflect(shore, now, n, walls, k)
-        velocity += change
+        velocity += change - dt * push
         self._twin = new
         return now
 

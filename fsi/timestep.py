@@ -14,6 +14,9 @@ from fsi.pressure import SOUND, iteration
 from fsi.rheology import explicit_limit, step_limit
 from fsi.scene import Scene
 
+STIFF = (
+    500  # steps of explicit viscosity in an implicit one, up to which the pressure of a fluid at rest is good to 1 %
+)
 GROWTH = 1.05  # a step is at most so much longer than the one before
 
 
@@ -34,6 +37,8 @@ class TimeStep:
         if self.implicit:
             ratio = least / explicit_limit(self.scene)
             self.notes = [f"viscosity: implicit, at steps {ratio:.3g} times as long as an explicit one would take"]
+            if ratio > STIFF:
+                self.notes[0] += f"; above {STIFF} pressures may be wrong by some per cent"
 
     def limits(self, speed: float, acceleration: float) -> dict[str, float]:
         """Each limit [s] by name, for the largest speed [m/s] and acceleration [m/s2] in the fluid and its boundary."""

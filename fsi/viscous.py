@@ -15,7 +15,17 @@ from numba.extending import register_jitable
 
 from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, component, dot, other, other_vector, own, own_vector, store, zero_vector
-from fsi.terms import closeness, kernel, laplacian_weight, mean_viscosity, slope, viscous
+from fsi.terms import (
+    closeness,
+    interface_gradient,
+    kernel,
+    laplacian_weight,
+    mean_viscosity,
+    partner,
+    pressure_gradient,
+    slope,
+    viscous,
+)
 
 WELL_SPREAD = (
     0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
@@ -196,6 +206,44 @@ def make_viscosity(lanes: int, dim: int, no_slip: bool, dense: bool, implicit: b
                             trial[i, DIM + 1 + d] = velocity[i, d]
 
     return resist
+
+
+@cache
+def make_push(lanes: int, dim: int, dense: bool):
+    """Acceleration of the fluid by the pressures in `trial`, into `push` (n, DIM); as in `fsi.corrector`."""
+    L, DIM = lanes, dim
+    P, R = dim, 2 * dim + 1
+
+    @compiled(lanes, dim, dense)
+    def accelerate(counter, bounds, groups, trial, push, k):
+        offset, count, group, span, list_offset, lst = groups
+        t_ = np.empty(DIM * L, trial.dtype)
+        while True:
+            c = claim(counter)
+            if c >= bounds.size - 1:
+                break
+            base = list_offset[c]
+            for g in range(offset[c], offset[c] + count[c]):
+                s, e = group[g], group[g + 1]
+                x_i, p_i = own_vector(trial, s, 0, L, DIM), own(trial, s, P, L)
+                force = zero_vector(trial, L, DIM)
+                if dense:
+                    r_i = own(trial, s, R, L)
+                for n in range(base + span[g, 0], base + span[g, 2]):
+                    j = at(lst, n)
+                    x_ij = x_i - other_vector(trial, j, 0, L, DIM)
+                    f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
+                    if dense:
+                        r_j = partner(r_i, other(trial, j, R, L))
+                        force = force + interface_gradient(f, p_i, other(trial, j, P, L), r_i, r_j, x_ij) / r_i
+                    else:
+                        force = force + pressure_gradient(f, p_i, other(trial, j, P, L), x_ij)
+                store(t_, 0, force)
+                for i in range(s, e):
+                    for d in range(DIM):
+                        push[i, d] = k.gradient_factor * t_[d * L + i - s]
+
+    return accelerate
 
 
 @cache

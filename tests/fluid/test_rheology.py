@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tanks import pairs, random_fluid
+from tanks import pairs, random_fluid, still_tank
 
 from fsi import kernel, timestep
 from fsi.scene import Scene
@@ -80,7 +80,7 @@ def test_fluid_and_wall_exchange_opposite_viscous_impulses(dim, precision, toler
 def test_implicit_viscosity_solves_its_equation(boundary):
     """Against a dense matrix; with walls, whose mirrored velocities depend on the fluid's, also as a matrix."""
     fluid = random_fluid(2, boundary=boundary, viscous_step="implicit", artificial_viscosity=0.0)
-    dt = 0.5
+    dt, fluid.pressure_values[:] = 0.5, 0.0
     fluid.begin(dt, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
     start = fluid.velocity.copy()
     fluid.predict()
@@ -126,6 +126,17 @@ def test_steps_far_beyond_the_explicit_limit_settle_to_the_exact_profile():
     exact = 50.0 * z * (1e-3 - z)
     assert np.abs(sim.fluid.velocity[:, 0] - exact).max() < 0.03 * 1.25e-5
     assert sim.step_count < 20
+
+
+def test_implicit_viscosity_holds_up_no_weight():
+    """Honey a thousand times as stiff as real one, at rest: the pressure is that of water at rest."""
+    scene = still_tank(spacing=0.025, length=0.3, fluid={"kinematic_viscosity": 1.0})
+    sim = Simulation(scene, threads=1)
+    sim.run(1.0)
+    z = sim.fluid.position[:, 1]
+    assert sim.fluid.rheology.implicit
+    error = (sim.fluid.pressure_values + 9810 * z)[z < -0.05] / (9810 * 0.5)
+    assert np.sqrt((error**2).mean()) < 0.005
 
 
 def test_viscosity_is_implicit_only_where_that_pays():
