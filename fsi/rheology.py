@@ -47,7 +47,7 @@ def shears(scene: Scene) -> bool:
 
 def varies(scene: Scene) -> bool:
     """True where the viscosity is not one number."""
-    return shears(scene) or (viscid(scene) and len({(law(liquid), liquid.density) for liquid in scene.all_liquids}) > 1)
+    return viscid(scene) and (shears(scene) or len(scene.all_liquids) > 1)
 
 
 def largest(scene: Scene) -> float:

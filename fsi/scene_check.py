@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
 from collections.abc import Iterator
@@ -10,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsi.errors import SceneError
-from fsi.scene import Block, Box, Scene
+from fsi.liquid_check import all_blocks, liquid_faults, liquid_warnings
+from fsi.scene import Box, Scene
 from fsi.wave_check import Fault, water_depth, wave_faults, wave_warnings
 from fsi.waves import read_motion_table
 
@@ -19,7 +19,7 @@ BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, _positions, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -28,7 +28,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    return wave_warnings(scene)
+    return wave_warnings(scene) + liquid_warnings(scene)
 
 
 def fluid_depth(scene: Scene) -> float:
@@ -41,15 +41,15 @@ def fluid_depth(scene: Scene) -> float:
 def fluid_volume(scene: Scene) -> float:
     """Volume of the fluid at the start [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
     if scene.fluid.blocks:
-        return sum(math.prod(np.subtract(block.max, block.min)) for block in scene.fluid.blocks)
+        return sum(math.prod(np.subtract(block.max, block.min)) for block in all_blocks(scene).values())
     return math.prod(np.subtract(scene.tank.max, scene.tank.min)[:-1]) * water_depth(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:
     points = {"tank.min": scene.tank.min}
-    for n, block in enumerate(scene.fluid.blocks):
-        points[f"fluid.blocks[{n}].min"] = block.min
-        points[f"fluid.blocks[{n}].velocity"] = block.velocity or block.min
+    for key, block in all_blocks(scene).items():
+        points[f"{key}.min"] = block.min
+        points[f"{key}.velocity"] = block.velocity or block.min
     if scene.fluid.acceleration:
         points["fluid.acceleration"] = scene.fluid.acceleration
     points |= {f"probes.{name}.position": probe.position for name, probe in scene.probes.items()}
@@ -67,7 +67,8 @@ def _output(scene: Scene) -> Iterator[Fault]:
     there = {
         "liquid": bool(scene.liquids),
         "eddy_viscosity": turbulent,
-        "viscosity": turbulent or len(scene.all_liquids) > 1 or scene.fluid.rheology is not None,
+        "viscosity": scene.numerics.viscosity != "none"
+        and (turbulent or len(scene.all_liquids) > 1 or scene.fluid.rheology is not None),
     }
     if not scene.output.fields:
         yield "output.fields", "names no field to colour the particles with", "give one, or leave it out"
@@ -81,12 +82,6 @@ def _positions(scene: Scene) -> Iterator[Fault]:
     low, high = tank.min[-1], tank.max[-1]
     if not scene.fluid.blocks and not low < level <= high:
         yield "fluid.still_water_level", f"{level:g} m is not in the tank, z = {low:g} to {high:g} m", "move it inside"
-    for n, block in enumerate(scene.fluid.blocks):
-        if not (_inside(tank, block.min) and _inside(tank, block.max)):
-            yield f"fluid.blocks[{n}]", f"{_span(block)} leaves the tank {_span(tank)}", "shrink or move it"
-    for (m, a), (n, b) in itertools.combinations(enumerate(scene.fluid.blocks), 2):
-        if _overlap(a, b):
-            yield f"fluid.blocks[{n}]", f"overlaps fluid.blocks[{m}]", "let blocks touch but not overlap"
     for n, zone in enumerate(scene.damping):
         axis = "xy".index(zone.axis)
         if zone.axis == "y" and scene.dimension == 2:
@@ -189,10 +184,6 @@ def _files(scene: Scene) -> Iterator[Fault]:
 
 def _inside(tank: Box, point: tuple[float, ...]) -> bool:
     return all(a - 1e-9 <= x <= b + 1e-9 for a, x, b in zip(tank.min, point, tank.max, strict=True))
-
-
-def _overlap(a: Block, b: Block) -> bool:
-    return all(low + 1e-9 < high for low, high in zip(np.maximum(a.min, b.min), np.minimum(a.max, b.max), strict=True))
 
 
 def _span(box: Box) -> str:

@@ -6,6 +6,7 @@ from fsi.errors import SceneError
 from fsi.scene import Scene, Tank
 from fsi.scene_check import scene_warnings
 from fsi.scene_file import load_scene
+from fsi.toml_text import dumps
 from fsi.wave_check import wave_summary
 
 FAULTS = {
@@ -282,3 +283,39 @@ def test_waves_in_figures(scene_file):
     assert wave_summary(load_scene(scene_file())) == []
     solitary = '[waves]\nkind = "solitary"\nwave_height = 0.15'
     assert "H/d 0.30, speed 2.53 m/s, 7.5 spacings high" in wave_summary(load_scene(scene_file(solitary)))[0]
+
+
+LIQUID = {"density": 1950.0, "blocks": [{"min": [0.0, -0.5], "max": [0.5, -0.3]}]}
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"blocks": []}, "liquids.sand: is nowhere; add [[liquids.sand.blocks]] with min and max"),
+        (
+            {"blocks": [{"min": [0.0, -0.9], "max": [0.5, -0.3]}]},
+            "liquids.sand.blocks[0]: [0.0, -0.9] to [0.5, -0.3] m leaves",
+        ),
+        ({"blocks": LIQUID["blocks"] * 2}, "liquids.sand.blocks[1]: overlaps liquids.sand.blocks[0]"),
+        (
+            {"blocks": [{"min": [0, 0, 0], "max": [1, 1, 1]}]},
+            "liquids.sand.blocks[0].min: [0.0, 0.0, 0.0] has 3 components",
+        ),
+        (
+            {"rheology": {"mu_inf": 1.0}},
+            "liquids.sand.rheology: needs either yield_stress or cross_time; give one of the two",
+        ),
+        (
+            {"rheology": {"mu_inf": 1.0, "mu_0": 0.5, "yield_stress": 1}},
+            "mu_0 must lie above mu_inf 1 Pa s; raise mu_0",
+        ),
+        ({"kinematic_viscosity": 1e-3, "rheology": {"mu_inf": 1.0, "yield_stress": 1}}, "remove one of them"),
+    ],
+)
+def test_faults_of_liquids(change, message, tmp_path):
+    data = {"spacing": 0.05, "duration": 1.0, "tank": {"min": [0, -0.5], "max": [1, 0.5]}}
+    path = tmp_path / "scene.toml"
+    path.write_text(dumps(data | {"liquids": {"sand": LIQUID | change}}))
+    with pytest.raises(SceneError) as error:
+        load_scene(path)
+    assert message in str(error.value)
