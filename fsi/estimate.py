@@ -14,7 +14,7 @@ from fsi.scene import Scene
 from fsi.threads import available_threads
 from fsi.timestep import TimeStep
 
-# One thread of a 2025 server processor, measured with `fsi run still_water` and single-precision sweeps:
+# One thread of a 2025 server processor, measured with `fsi run still_water` at h = 1.5 dr and single-precision sweeps:
 # nanoseconds per particle and step, and for each pressure sweep in it; bytes per particle.
 STEP, SWEEP, BYTES = {2: 130.0, 3: 500.0}, {2: 25.0, 3: 77.0}, {2: 270, 3: 480}
 DOUBLE = 1.35  # time and memory of double-precision sweeps over single
@@ -34,6 +34,7 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
     steps = math.ceil(scene.duration / time_step)
     dim, numerics = scene.dimension, scene.numerics
     work = (STEP[dim] + SWEEP[dim] * numerics.sweeps) * (fluid + 0.4 * boundary) * 1e-9
+    work *= (numerics.smoothing_ratio / 1.5) ** (dim - 1)  # more neighbours, but fuller lanes
     work *= (BODIES if bodies else 1.0) * (DOUBLE if numerics.precision == "double" else 1.0)
     size = BYTES[dim] * (DOUBLE if numerics.precision == "double" else 1.0)
     return {

@@ -220,7 +220,7 @@ class CouplerSettings(Part):
 class Numerics(Part):
     """The scheme; every figure's reason is in docs/numerics.md."""
 
-    smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 1.5  # smoothing length / spacing
+    smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing
     solver: Literal["explicit", "chebyshev", "converged"] = "chebyshev"  # pressure sweeps: Jacobi's, Chebyshev's, all
     sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
     pressure_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5  # of `converged`: last change over the largest value
@@ -230,13 +230,13 @@ class Numerics(Part):
     viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
     turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
-    artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
+    artificial_viscosity: NonNegative = 0.01  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
     shifting: Annotated[float, Field(ge=0, le=0.7)] | None = (
         None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
     )
     wall_guard: NonNegative | None = (
-        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.8 in 2D, 1.0 in 3D
+        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.6 in 2D, 1.0 in 3D
     )
     mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
@@ -306,7 +306,7 @@ class Scene(Part):
         """Distance [spacing] to wall particles that a fluid particle keeps; 0 is off. In three dimensions spheres of 0.8
         spacings leave holes between the particles of a wall that is no lattice."""
         guard = self.numerics.wall_guard
-        return (0.8 if self.dimension == 2 else 1.0) if guard is None else guard
+        return (0.6 if self.dimension == 2 else 1.0) if guard is None else guard
 
     @property
     def layers(self) -> int:

@@ -65,7 +65,12 @@ class Block:
                 "gravity": 0.0,
                 "tank": {"min": tuple(low), "max": tuple(high), "walls": ()},
                 "fluid": {"kinematic_viscosity": 1e-3},
-                "numerics": {"sweeps": sweeps, "precision": precision, "artificial_viscosity": 0.0},
+                "numerics": {
+                    "smoothing_ratio": 1.5,
+                    "sweeps": sweeps,
+                    "precision": precision,
+                    "artificial_viscosity": 0.0,
+                },
             }
         )
         none = np.empty((0, dimension)), np.empty(0, np.int32)

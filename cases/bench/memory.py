@@ -63,7 +63,7 @@ def tank(dimension: int, particles: int, numerics: dict) -> Scene:
             "spacing": spacing,
             "duration": 1.0,
             "tank": {"min": (*low, -1.0), "max": (*high, 4 * spacing)},
-            "numerics": {"artificial_viscosity": 0.0} | numerics,
+            "numerics": {"smoothing_ratio": 1.5, "artificial_viscosity": 0.0} | numerics,
         }
     )
 

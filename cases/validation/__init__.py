@@ -20,7 +20,7 @@ MODULES = {
     "solitary_wave": ("solitary_wave",),
     "irregular_sea": ("irregular_sea",),
     "active_absorption": ("active_absorption",),
-    "dam_front": ("dam_front",),
+    "dam_front": ("dam_front", "dam_energy"),
     "drop": ("elliptical_drop", "oscillating_drop"),
     "taylor_green": ("taylor_green",),
     "poiseuille": ("poiseuille",),

@@ -17,7 +17,7 @@ LEVEL = "medium"
 CHOICES = {
     "Weights and number of the pressure sweeps": ("explicit", "explicit4", "chebyshev4", "chebyshev6", "chebyshev8"),
     "Time step (numerical Mach and Courant number)": (DEFAULT, "half_step", "double_step"),
-    "Smoothing length over spacing": ("narrow", DEFAULT, "wide"),
+    "Smoothing length over spacing": ("narrow", DEFAULT),
     "Density relaxation": ("no_relaxation", DEFAULT, "relaxation10"),
     "Shifting with a free surface": (DEFAULT, "shifting"),
 }

@@ -33,7 +33,7 @@ def test_predictor_matches_all_pairs(dim, precision, tolerance):
     u = before[:, None] - np.concatenate([before, wall])
     expected = -2 * nu * volume / lattice.second_moment * (a[..., None] * u).sum(1)
     approach = np.minimum(0, (u * x).sum(-1)) * F / (r2 + eta2)
-    expected -= 0.02 * sound * h * volume * (approach[..., None] * x)[:, :n].sum(1)
+    expected -= fluid.scene.numerics.artificial_viscosity * sound * h * volume * (approach[..., None] * x)[:, :n].sum(1)
     expected[:, -1] -= 9.81
     close((fluid.velocity - before) / fluid.dt, expected, 20 * tolerance)
     deficit = 1 - W.sum(1) / lattice.density

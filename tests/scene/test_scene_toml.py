@@ -87,7 +87,7 @@ def test_resolved_scene_loads_as_the_same_scene(scene_file, tmp_path):
     assert load_scene(elsewhere) == scene
     assert scene.waves.file == tmp_path / "sub/motion.csv"
     for default in (
-        "smoothing_ratio = 1.5",
+        "smoothing_ratio = 2.0",
         "kinematic_viscosity = 1e-06",
         "# max_time_step is not set",
         "width = 1.0",
