@@ -217,9 +217,17 @@ class CouplerSettings(Part):
     motion: dict[str, Motion] = {}  # joint name -> motion, for `prescribed`
 
 
-class Numerics(Part):
-    """The scheme; every figure's reason is in docs/numerics.md."""
+ACCURACY = {  # defaults that differ from those of `normal`
+    "draft": {"smoothing_ratio": 1.5, "mach": 0.3},
+    "fine": {"mach": 0.1, "courant": 0.1},
+}
 
+
+class Numerics(Part):
+    """The scheme; every figure's reason is in docs/numerics.md. `accuracy` chooses the defaults of what it trades for time;
+    a key that is given holds."""
+
+    accuracy: Literal["draft", "normal", "fine"] = "normal"
     smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing
     solver: Literal["explicit", "chebyshev", "converged"] = "chebyshev"  # pressure sweeps: Jacobi's, Chebyshev's, all
     sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
@@ -242,6 +250,13 @@ class Numerics(Part):
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
     max_time_step: Positive | None = None  # [s]
     fixed_time_step: Positive | None = None  # [s]; switches the adaptive step off
+
+    @model_validator(mode="before")
+    @classmethod
+    def _defaults(cls, values):
+        if isinstance(values, dict) and isinstance(values.get("accuracy"), str):
+            return ACCURACY.get(values["accuracy"], {}) | values
+        return values
 
 
 FieldName = Literal["pressure", "speed", "viscosity", "eddy_viscosity", "liquid"]  # see fsi.particle_fields

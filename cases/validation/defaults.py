@@ -16,7 +16,8 @@ CASES = ("still_water", "standing_wave", "dam_front", "oscillating_drop", "poise
 LEVEL = "medium"
 CHOICES = {
     "Weights and number of the pressure sweeps": ("explicit", "explicit4", "chebyshev4", "chebyshev6", "chebyshev8"),
-    "Time step (numerical Mach and Courant number)": (DEFAULT, "half_step", "double_step"),
+    "Time step (numerical Mach and Courant number)": (DEFAULT, "fine", "double_step"),
+    "Accuracy": ("draft", DEFAULT, "fine"),
     "Smoothing length over spacing": ("narrow", DEFAULT),
     "Density relaxation": ("no_relaxation", DEFAULT, "relaxation10"),
     "Shifting with a free surface": (DEFAULT, "shifting"),

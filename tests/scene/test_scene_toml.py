@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from fsi.errors import SceneError
+from fsi.scene import Numerics
 from fsi.scene_file import builtin_scenes, load_scene, resolved_toml, scene_levels
 from fsi.toml_text import dumps
 
@@ -140,3 +141,12 @@ def test_a_level_changes_the_scene_before_the_overrides(tmp_path):
     assert scene_levels(file) == {"paper": {"spacing": 0.05, "tank.max": [4.0, 1.0]}}
     with pytest.raises(SceneError, match=r"tank.toml: --level: no level 'fine'; choose from paper"):
         load_scene(file, level="fine")
+
+
+def test_accuracy_sets_defaults_and_gives_way_to_what_is_given():
+    draft = Numerics(accuracy="draft")
+    assert (draft.smoothing_ratio, draft.mach, draft.courant) == (1.5, 0.3, 0.2)
+    fine = Numerics.model_validate({"accuracy": "fine", "mach": 0.15})
+    assert (fine.mach, fine.courant, fine.smoothing_ratio) == (0.15, 0.1, 2.0)
+    with pytest.raises(ValueError, match="accuracy"):
+        Numerics(accuracy="good")

@@ -155,19 +155,19 @@ def test_the_defaults_are_the_cheapest_of_those_that_meet_most_targets():
     rows = [
         study_row("still_water", "chebyshev6", 4.0),
         study_row("standing_wave", "chebyshev6", 6.0, energy_loss=2.0),
-        study_row("still_water", "half_step", 8.0),
-        study_row("standing_wave", "half_step", 12.0, energy_loss=1.5),
+        study_row("still_water", "fine", 8.0),
+        study_row("standing_wave", "fine", 12.0, energy_loss=1.5),
         study_row("still_water", "double_step", 2.0, rms_speed=3.0),
         study_row("standing_wave", "double_step", 3.0, energy_loss=2.0),
         study_row("still_water", "wide", 9.0),  # has not run on the other case
     ]
     found = defaults.scores(rows)
-    assert set(found) == {"chebyshev6", "half_step", "double_step"}
+    assert set(found) == {"chebyshev6", "fine", "double_step"}
     assert (found["chebyshev6"].met, found["chebyshev6"].measures, found["chebyshev6"].seconds) == (5, 6, 10.0)
     assert found["double_step"].worst == {"still_water": pytest.approx(3.0), "standing_wave": pytest.approx(2.0)}
     assert defaults.pick(found, tuple(found)) == "chebyshev6"
     (line,) = defaults.verdicts(found)
-    assert "half_step 5 of 6 at 2.00" in line and line.endswith("Cheapest with the most: the default.")
+    assert "fine 5 of 6 at 2.00" in line and line.endswith("Cheapest with the most: the default.")
     assert "| **chebyshev6** |" in "\n".join(defaults.section(rows))
     assert defaults.section(rows[:1]) == []
 
