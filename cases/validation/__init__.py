@@ -42,7 +42,7 @@ MODULES = {
     "coupling.forced_heave": ("forced_heave_3", "forced_heave_4", "forced_heave_5"),
     "coupling.agreement": ("schemes_flap",),
     "coupling.stability": ("stability_heave", "stability_flap", "stability_box", "stability_raft"),
-    "coupling.added_mass": ("added_mass_annulus", "added_mass_sphere"),
+    "coupling.added_mass": ("added_mass_annulus", "added_mass_shaken", "added_mass_sphere"),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)
 

@@ -94,11 +94,11 @@ def test_the_default_scheme_holds_the_lightest_bodies(arrangement):
 
 def test_added_mass_in_an_annulus():
     row, reason = run_case(load("added_mass_annulus"), "coarse", "chebyshev6", threads=1)
-    assert reason == "" and abs(row.error["added_mass"]) < 0.07
+    assert reason == "" and row.passed
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["added_mass_sphere", "decay_heave_2d", "schemes_flap", "stability_flap"])
+@pytest.mark.parametrize("name", ["added_mass_shaken", "added_mass_sphere", "decay_heave_2d", "schemes_flap", "stability_flap"])
 def test_cases_that_pass_coarse(name):
     row, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
     assert reason == "" and row.passed
