@@ -10,6 +10,7 @@ from fsi.errors import RunError
 
 FLUID_LIMIT = 1e3  # speed of the fluid over that of long waves, or over its speed at the start
 BODY_LIMIT = 20.0  # speed of a body over that of a fall through half the tank, or over its speed at the start
+JUMP_LIMIT = 4.0  # the same for the change of its velocity within a step; the hardest hit comes to 2 sqrt(2)
 
 
 class Ringing:
@@ -43,13 +44,13 @@ class Stability:
         start = float(np.sqrt((fluid.velocity**2).sum(1).max(initial=0.0)))
         self._fastest_fluid = FLUID_LIMIT * max(wave_speed, start, scene.spacing)
         self.logged: float | None = None
-        self._fastest_body = math.inf
+        self._pace = math.inf
         self._free = bool(sim.bodies and sim.coupler.advice)  # prescribed bodies cannot become unstable
         if self._free:
             height = scene.tank.max[-1] - scene.tank.min[-1]
             speeds = self._speeds(sim.bodies.motion().velocity)
             fall = math.sqrt(scene.gravity * height)
-            self._fastest_body = BODY_LIMIT * max(fall, start, speeds.max(initial=0.0)) or math.inf
+            self._pace = max(fall, start, speeds.max(initial=0.0)) or math.inf
             self._ringing = Ringing(len(speeds), scene.spacing)
 
     def check(self, before: np.ndarray, twist: np.ndarray, wrench: np.ndarray, finite: bool, speed: float) -> None:
@@ -80,11 +81,14 @@ class Stability:
     def _check_bodies(self, before: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> None:
         size = np.ones((1, 6)) * np.where(np.arange(6) < 3, 1.0, self._sim.movers.reach[:, None])
         rings = self._ringing((twist - before) * size, self._sim.dt)
+        jumps = self._speeds(twist - before)
         for b, speed in enumerate(self._speeds(twist)):
-            if not np.isfinite(wrench[b]).all() or not speed < self._fastest_body:
+            if not np.isfinite(wrench[b]).all() or not speed < BODY_LIMIT * self._pace:
                 raise self._of_body(b, speed)
+            if jumps[b] > JUMP_LIMIT * self._pace:
+                raise self._of_body(b, speed, f"thrown by {jumps[b]:.3g} m/s within a step")
             if rings[b]:
-                raise self._of_body(b, speed, "and is thrown back harder in every step")
+                raise self._of_body(b, speed, "thrown back harder in every step")
 
     def _of_body(self, b: int, speed: float, fault: str = "") -> RunError:
         """The error that says which body, when, its added-mass ratio and what to change."""

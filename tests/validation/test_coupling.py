@@ -98,7 +98,9 @@ def test_added_mass_in_an_annulus():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["added_mass_shaken", "added_mass_sphere", "decay_heave_2d", "schemes_flap", "stability_flap"])
+@pytest.mark.parametrize(
+    "name", ["added_mass_shaken", "added_mass_sphere", "decay_heave_2d", "schemes_flap", "stability_flap"]
+)
 def test_cases_that_pass_coarse(name):
     row, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
     assert reason == "" and row.passed
