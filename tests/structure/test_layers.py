@@ -76,6 +76,8 @@ sim.run()
 heavy = {"mujoco", "trimesh", "rerun", "mcap", "google", "typer", "rich", "xarray", "matplotlib", "pandas"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
 assert not {"bodies", "couplers", "cases", "fsi.glue"} & set(sys.modules)
+unused = {f"fsi.waves.{name}" for name in ("irregular", "solitary", "packet", "absorber", "surface")}
+assert not unused & set(sys.modules), unused & set(sys.modules)
 
 fluid = sim.fluid
 used = {fluid._predictor, fluid._source, fluid._sweep, fluid._corrector, fluid._weights, fluid._extrapolation}
