@@ -18,7 +18,7 @@ from fsi.protocols import BodySet, Event, Frame
 from fsi.scene import Scene
 from fsi.scene_check import fluid_depth
 from fsi.series import SERIES, column_names, describe, labels
-from fsi.timeline_layout import blueprint, class_of, classes, log_legend
+from fsi.timeline_layout import ENERGIES, blueprint, class_of, classes, log_legend
 
 rr = require("rerun", "viewer", "output.timeline = true")
 
@@ -29,6 +29,7 @@ ARROW = 0.3  # length of a force arrow, in depths of the fluid, for the weight o
 ARC = 13  # points of the arc that is a torque in two dimensions
 SLICE = 3.0  # width in spacings of a body that is drawn in two dimensions
 FORCE, TORQUE = 0xD02020FF, 0x8030C0FF
+LINES = (0x1F77B4FF, 0xE07B28FF, 0x2E9E4FFF, 0x9A5FC0FF, 0xD0455FFF, 0x7F7F7FFF)  # of the plots, one after the other
 GAUGE, PROBE = 0xC06000FF, 0xD04080FF
 
 
@@ -170,7 +171,9 @@ class TimelineRecorder:
         """Name the lines of a plot, by what they belong to where there are several."""
         series = describe(name, shape, self._rotary)
         lines = [column or name.replace("_", " ") for column in column_names(series, shape, self._names)]
-        self._stream.log(f"series/{name}", rr.SeriesLines(names=lines), static=True)
+        first = ENERGIES.index(name) if name in ENERGIES else 0  # those share a plot
+        colours = [LINES[(first + n) % len(LINES)] for n in range(len(lines))]
+        self._stream.log(f"series/{name}", rr.SeriesLines(names=lines, colors=colours), static=True)
 
     def _write_poses(self, names: list[str], pose: str, frames: list[Frame], times: list) -> None:
         for b, name in enumerate(names):

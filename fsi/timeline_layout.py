@@ -17,7 +17,7 @@ rrb = require("rerun.blueprint", "viewer", "output.timeline = true")
 
 WIDE = 3.0  # length over height of a two-dimensional tank, above which it stands over the plots, not beside them
 VIEW = 0.77  # distance of the eye, in heights of what it sees
-PANE = 5.0  # width over height of the pane of a wide tank
+PANE = 4.4  # width over height of the pane of a wide tank
 FIRST_CATEGORY = 256  # class of the first category; those below it are the steps of the colour map
 BAR = 512  # length of the legend's colour bar, in its own units
 CELLS = (  # one plot in view each, the others behind it in tabs; left out where the scene has none of its things

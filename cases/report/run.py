@@ -1,0 +1,245 @@
+"""The page of a run: what was run, its key figures, time series, snapshots, books, phase times, warnings and events."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cases import response
+from cases.report import charts
+from cases.report.page import Page, Section
+from cases.report.scene_facts import scene_facts
+from cases.report.snapshot import snapshot_figure
+from fsi.errors import SceneError
+from fsi.progress import clock
+from fsi.run_folder import load_run, read_manifest
+from fsi.scene import Scene
+from fsi.scene_file import load_scene
+
+SERIES = (  # title, variables; one figure each where the run has them
+    ("Joints", ("joint_position", "joint_velocity", "joint_force", "pto_power")),
+    ("Loads of the fluid on the bodies", ("body_force", "body_torque")),
+    ("Sensors", ("sensor",)),
+    ("Waves", ("elevation",)),
+    ("Pressure", ("pressure",)),
+    ("Motion of the bodies", ("displacement",)),
+)
+ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
+NUMERICS = ("time_step", "max_speed")
+MOST_LINES, MOST_POINTS = 8, 4000  # in one panel
+SMALL = 1e-9  # share of the largest component, below which one is left out of a plot
+SNAPSHOTS = 4
+
+
+def report(folder: str | Path) -> Path:
+    """Write `report.html` and its PNGs (`report/`) into the folder of a run; returns the page.
+
+    Raises SceneError where the folder holds no run or no log."""
+    folder = Path(folder)
+    facts, data = read_manifest(folder), load_run(folder)
+    scene = load_scene(folder / "scene.toml")
+    page = Page(scene.name, scene.description or f"{scene.dimension}D run of {facts.get('simulated_seconds', 0):g} s")
+    _summary(page.section("Summary"), scene, facts)
+    _figures(page.section("Key figures"), data, scene)
+    _series(page.section("Time series"), data)
+    _snapshots(page.section("Particles"), folder, data, scene)
+    _books(page.section("Energy and momentum"), data, facts)
+    _cost(page.section("Run time"), facts)
+    _events(page.section("Warnings and events"), data, facts)
+    page.section("Scene").code((folder / "scene.toml").read_text(encoding="utf-8"))
+    return page.write(folder / "report.html", folder / "report")
+
+
+def _summary(section: Section, scene: Scene, facts: dict) -> None:
+    machine, particles = facts["machine"], facts.get("particles", {})
+    status = facts["status"] + (f": {facts['reason']}" if facts["reason"] else "")
+    section.facts(
+        {
+            "status": status,
+            **scene_facts(scene),
+            "particles": ", ".join(f"{count:,} {kind}" for kind, count in particles.items()),
+            "simulated": f"{facts.get('simulated_seconds', 0.0):.4g} s in {facts.get('steps', 0):,} steps",
+            "run time": f"{clock(facts.get('wall_seconds', 0.0))} on {facts.get('threads', '?')} threads",
+            "machine": f"{machine['processor']}, {machine['cores']} cores",
+            "started": facts["started"][:19].replace("T", " ") + " UTC",
+            "versions": ", ".join(f"{name} {number}" for name, number in facts["versions"].items()),
+        }
+    )
+
+
+def _figures(section: Section, data, scene: Scene) -> None:
+    """Response, power and loads in settled waves; of a run without waves, or too short for them, over all of it."""
+    start = None if scene.waves else 0.0
+    try:
+        found = response.figures(data, scene, start=start)
+        seconds = response.measured_seconds(data, scene, start)
+    except SceneError:
+        section.text(
+            "The run ends before the waves have settled at the body and gone through a whole period there: no response "
+            "and no mean power. Loads are over the whole run."
+        )
+        start = 0.0
+        found = [f for f in _whole(data, scene) if f.name.endswith(("_max", "_1pct", "_rms"))]
+        seconds = float(data.time[-1]) if data.sizes["time"] else 0.0
+    errors = {f.key: f.value for f in found if f.name.endswith("_error")}
+    rows = []
+    for figure in found:
+        if figure.name.endswith("_error"):
+            continue
+        error = errors.get(figure.key.replace(figure.name, f"{figure.name}_error"), np.nan)
+        margin = f" ± {error:.2g}" if np.isfinite(error) else ""
+        rows.append([figure.long_name, figure.label, f"{figure.value:.4g}{margin}", figure.units])
+    window = (
+        f"the last {seconds:.4g} s, after the ramp and the waves' way to the body"
+        if scene.waves and start is None
+        else ""
+    )
+    caption = f"Over {window or f'all {seconds:.4g} s'}; ± is the 95 % confidence interval of a mean"
+    section.table(["figure", "of", "value", "unit"], [*rows, *_sensor_rows(data, seconds)], caption=caption)
+
+
+def _whole(data, scene: Scene) -> list:
+    try:
+        return response.figures(data, scene.model_copy(update={"waves": None}), start=0.0)
+    except SceneError:
+        return []
+
+
+def _sensor_rows(data, seconds: float) -> list[list[str]]:
+    """Peak and 1 % exceedance of every sensor of the MJCF file, hinge reactions among them."""
+    if "sensor" not in data:
+        return []
+    part = data.sensor.sel(time=slice(float(data.time[-1]) - seconds - 1e-9, None))
+    rows = []
+    for name in map(str, part[part.dims[1]].values):
+        values, unit = np.abs(part.sel({part.dims[1]: name}).values), part.attrs["units"]
+        rows.append(["largest reading", name, f"{values.max():.4g}", unit])
+        rows.append(["reading exceeded 1 % of the time", name, f"{response.exceeded(values):.4g}", unit])
+    return rows
+
+
+def _series(section: Section, data) -> None:
+    if "body_position" in data and data.sizes["time"]:
+        data = data.assign(displacement=data.body_position - data.body_position.isel(time=0))
+        data["displacement"].attrs = {"units": "m", "long_name": "displacement of the centre of mass since the start"}
+    for title, names in SERIES:
+        present = [name for name in names if name in data and data[name].size]
+        if not present:
+            continue
+        figure, panels = charts.canvas(len(present), height=2.6)
+        for panel, name in zip(panels, present, strict=True):
+            plot(panel, data, name)
+        section.figure(figure, title, name=present[0])
+
+
+def plot(panel, data, name: str) -> None:
+    """All lines of a series over time, but those that stay at zero; no more than fit a legend."""
+    variable = data[name]
+    values = variable.values.reshape(len(data.time), -1)
+    labels = [""] if variable.ndim == 1 else _labels(data, variable.dims[1:])
+    largest = np.nanmax(np.abs(values), axis=0, initial=0.0)
+    shown = [n for n in range(values.shape[1]) if largest[n] > SMALL * max(largest.max(), 1e-300)][:MOST_LINES] or [0]
+    every = max(1, len(data.time) // MOST_POINTS)
+    units = variable.attrs["units"]
+    charts.lines(
+        panel,
+        data.time.values[::every],
+        [values[::every, n] for n in shown],
+        [labels[n] for n in shown],
+        xlabel="time [s]",
+        ylabel=f"{name.replace('_', ' ')} [{units}]",
+        title=variable.attrs["long_name"] + (f", {labels[shown[0]]}" if len(shown) == 1 and labels[shown[0]] else ""),
+    )
+
+
+def _labels(data, dims) -> list[str]:
+    along = [[str(n) for n in (data[dim].values if dim in data.coords else range(data.sizes[dim]))] for dim in dims]
+    return [" ".join(names[i] for names, i in zip(along, index, strict=True)) for index in np.ndindex(*map(len, along))]
+
+
+def _snapshots(section: Section, folder: Path, data, scene: Scene) -> None:
+    """Particles at a few times; the largest impact is one of them."""
+    times = list(np.linspace(0.0, float(data.time[-1]) if data.sizes["time"] else 0.0, SNAPSHOTS))
+    impacts = [float(t) for t, text in zip(data.event_time, data.event_text.values, strict=True) if "impact" in text]
+    try:
+        figure, caption = snapshot_figure(folder / "run.rrd", sorted({*times, *impacts[:2]}), data, scene)
+    except SceneError as fault:
+        section.text(f"No snapshots: {fault}")
+        return
+    section.figure(figure, caption, name="particles")
+
+
+def _books(section: Section, data, facts: dict) -> None:
+    figure, [energies, steps, speed] = charts.canvas(3, height=2.6)
+    time = data.time.values
+    charts.lines(
+        energies,
+        time,
+        [data[name].values for name in ENERGIES],
+        [name.replace("_", " ") for name in ENERGIES],
+        xlabel="time [s]",
+        ylabel="energy [J]",
+        title="where the energy goes",
+    )
+    for panel, name in zip((steps, speed), NUMERICS, strict=True):
+        plot(panel, data, name)
+    section.figure(figure, "Energy, time step and largest speed", name="energy")
+    audit = dict(facts.get("audit", {}))
+    volume = data["volume"].values
+    rows = [
+        [
+            "momentum residual, largest, as a share of the fluid's weight times the step",
+            audit.get("momentum_residual"),
+            "1",
+        ],
+        ["energy at the start", audit.get("energy_at_start"), "J"],
+        ["work of the wavemaker on the fluid", audit.get("wavemaker_work"), "J"],
+        ["work of the fluid on the bodies", audit.get("body_work"), "J"],
+        ["dissipated in the fluid", audit.get("dissipated_energy"), "J"],
+        ["kinetic energy at the end", audit.get("kinetic_energy"), "J"],
+        ["potential energy at the end", audit.get("potential_energy"), "J"],
+        [
+            "volume at the end over that at the start, less one",
+            volume[-1] / volume[0] - 1 if len(volume) else None,
+            "1",
+        ],
+        ["particles lost", float(data["lost_particles"].values[-1]) if len(volume) else None, "1"],
+    ]
+    shown = [[name, f"{value:.4g}", unit] for name, value, unit in rows if value is not None]
+    section.table(["book", "value", "unit"], shown, caption="Books of the run")
+
+
+def _cost(section: Section, facts: dict) -> None:
+    phases = sorted(facts.get("phases", {}).items(), key=lambda item: -item[1])
+    if not phases:
+        return
+    total = sum(seconds for _, seconds in phases)
+    figure, [panel] = charts.canvas(height=0.6 + 0.34 * len(phases))
+    names, seconds = zip(*reversed(phases), strict=True)
+    bars = panel.barh(names, seconds, color=charts.COLOURS[0])
+    panel.bar_label(bars, [f"{s:.3g} s, {100 * s / total:.3g} %" for s in seconds], padding=4, fontsize=11)
+    panel.set(xlabel="wall time [s]", xlim=(0, 1.2 * max(seconds)))
+    panel.grid(axis="y", visible=False)
+    section.figure(figure, "Wall time of the phases of a step, summed over the run", name="phases")
+    steps = max(facts.get("steps", 1), 1)
+    fluid = facts.get("particles", {}).get("fluid", 0)
+    section.facts(
+        {
+            "time of a step": f"{1000 * total / steps:.3g} ms",
+            "speed": f"{fluid * steps / total / 1e6:.3g} million particle-steps a second",
+            "memory of the particles": f"{facts.get('memory_bytes', 0) / 1e6:.3g} MB",
+        }
+    )
+
+
+def _events(section: Section, data, facts: dict) -> None:
+    if facts.get("warnings"):
+        section.items([("warning", line) for line in facts["warnings"]])
+    told = set(facts.get("warnings", ()))
+    rows = [
+        [f"{float(time):.4f}", level, text]
+        for time, level, text in zip(data.event_time, data.event_level.values, data.event_text.values, strict=True)
+        if text not in told
+    ]
+    section.table(["time [s]", "level", "what happened"], rows, caption="Events")

@@ -1,0 +1,131 @@
+"""Particles of a run at a few times, drawn from the side, with the bodies where they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from cases.report import charts
+from fsi.colours import colour_map
+from fsi.errors import SceneError
+from fsi.particle_fields import CATEGORIES, FIELDS
+from fsi.scene import Scene
+from fsi.snapshots import read_snapshots
+
+SLICE = 1.5  # half the thickness in spacings of the slice that is drawn of a three-dimensional run
+BODY = "#9aa0a6"
+
+
+def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene):
+    """A figure with one panel for each snapshot nearest to these times [s], and its caption. Raises SceneError where the
+    recording has none."""
+    shots = read_snapshots(recording, list(times))
+    if not shots:
+        raise SceneError("the timeline has no particles", fix="run the scene with output.particles above 0")
+    length, height = (scene.tank.max[i] - scene.tank.min[i] for i in (0, -1))
+    columns = 1 if length > 2.2 * height else 2
+    rows = math.ceil(len(shots) / columns)
+    wide = charts.WIDTH / columns
+    figure, panels = charts.canvas(rows, columns, height=min(0.86 * wide * height / length + 0.75, 6.0))
+    visuals, field = _visuals(scene), scene.output.fields[0]
+    for panel, shot in zip(panels, shots, strict=False):
+        _panel(panel, shot, scene, visuals, data)
+    for panel in panels[len(shots) :]:
+        panel.remove()
+    _legend(figure, panels[: len(shots)], scene, field)
+    where = "" if scene.dimension == 2 else ", in a slice along the middle of the tank"
+    return figure, f"Particles coloured by {field.replace('_', ' ')}{where}; bodies in grey"
+
+
+def _panel(panel, shot, scene: Scene, visuals, data) -> None:
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
+    position, level = shot.position, shot.level
+    if scene.dimension == 3:
+        middle = 0.5 * (scene.tank.min[1] + scene.tank.max[1])
+        chosen = np.abs(position[:, 1] - middle) < SLICE * scene.spacing
+        position, level = position[chosen], level[chosen]
+    colours = np.concatenate([colour_map(), CATEGORIES])[level] / 255
+    size = np.full(len(position), 2.2 * shot.radius)
+    dots = EllipseCollection(
+        size, size, np.zeros(len(size)), units="xy", offsets=position[:, [0, 2]], facecolors=colours, linewidths=0,
+        transOffset=panel.transData,
+    )  # fmt: skip
+    panel.add_collection(dots)
+    for corners in _bodies_at(shot.time, visuals, data):
+        panel.add_collection(PolyCollection(corners, facecolors=BODY, edgecolors=BODY, linewidths=0.3))
+    panel.set(
+        xlim=(scene.tank.min[0], scene.tank.max[0]),
+        ylim=(scene.tank.min[-1], scene.tank.max[-1]),
+        aspect="equal",
+        xlabel="x [m]",
+        ylabel="z [m]",
+    )
+    panel.set_title(f"t = {shot.time:.3f} s", loc="left", fontsize=13)
+    panel.grid(visible=False)
+
+
+def _legend(figure, panels, scene: Scene, field: str) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.patches import Patch
+
+    facts = FIELDS[field]
+    if facts.names:
+        patches = [
+            Patch(color=CATEGORIES[n % len(CATEGORIES)] / 255, label=name) for n, name in enumerate(facts.names(scene))
+        ]
+        panels[0].legend(handles=patches, loc="upper right", fontsize=11)
+        return
+    colours = ScalarMappable(Normalize(0, facts.top(scene)), ListedColormap(colour_map() / 255))
+    label = f"{field.replace('_', ' ')} [{facts.units}]"
+    figure.colorbar(colours, ax=panels, label=label, shrink=0.9, aspect=25, pad=0.02)
+
+
+def _visuals(scene: Scene) -> list:
+    """Meshes of the scene's bodies; none where they cannot be loaded any more."""
+    if not scene.bodies:
+        return []
+    from bodies import load
+
+    try:
+        return load(scene).visuals()
+    except SceneError:
+        return []
+
+
+def _bodies_at(time: float, visuals, data) -> Iterable[np.ndarray]:
+    """Triangles (m, 3, 2) of every mesh in x and z at a time, where the log has the pose of its body."""
+    for visual in visuals:
+        pose = _pose(visual.body, time, data)
+        if pose is not None:
+            position, rotation = pose
+            world = visual.vertices @ rotation.T + position
+            yield world[visual.triangles][:, :, [0, 2]]
+
+
+def _pose(body: str, time: float, data):
+    if not body:
+        return np.zeros(3), np.eye(3)
+    for dim, prefix in (("body", "body"), ("dry_body", "dry")):
+        if dim in data.dims and body in data[dim].values:
+            here = (
+                data[[f"{prefix}_position", f"{prefix}_quaternion"]].sel({dim: body}).sel(time=time, method="nearest")
+            )
+            return here[f"{prefix}_position"].values, _rotation(here[f"{prefix}_quaternion"].values)
+    return None
+
+
+def _rotation(q: np.ndarray) -> np.ndarray:
+    """Matrix (3, 3) of a unit quaternion w, x, y, z."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
