@@ -154,9 +154,9 @@ class BodySet:
         return acceleration
 
     def sensors(self, wrench: np.ndarray) -> dict[str, np.ndarray]:
-        """`sensor` (sensors,), readings of the MJCF file's sensors under the fluid's wrench (b, 6), hinge reactions among
-        them; empty for a file without any."""
-        return {"sensor": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
+        """`sensor_reading` (sensors,) of the MJCF file's sensors under the fluid's wrench (b, 6), hinge reactions among them;
+        empty for a file without any."""
+        return {"sensor_reading": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
 
     def save(self) -> np.ndarray:
         """The whole state, for `restore`; bit for bit."""

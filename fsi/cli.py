@@ -159,7 +159,11 @@ def sweep(study, **options):
 
 
 def report(directory: str | Path) -> Path:
-    """Write the page of a study's folder and return its file. Raises SceneError where the folder holds none."""
+    """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
+    if Path(directory, "run.json").is_file():
+        from cases.report.run import report as of_run
+
+        return of_run(directory)
     from cases.study.report import report as of_study
 
     return of_study(directory)

@@ -270,7 +270,7 @@ def sweep(
 
 
 @app.command()
-def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a study.")]) -> None:
-    """Write the report of a study: one HTML page, and its plots as PNG."""
+def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
+    """Write the report of a run or a study: one HTML page, and its plots as PNG."""
     with exit_codes():
         print(cli.report(directory))

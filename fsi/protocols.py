@@ -93,7 +93,7 @@ class BodySet(Protocol):
         """`joint_position`, `joint_velocity`, `joint_force`, `pto_power`, each (joints,), as in the run folder."""
 
     def sensors(self, wrench: np.ndarray) -> dict[str, np.ndarray]:
-        """`sensor` (sensors,), the readings under the fluid's wrench (b, 6); empty where there are none."""
+        """`sensor_reading` (sensors,), the readings under the fluid's wrench (b, 6); empty where there are none."""
 
     def advance(self, dt: float, wrench: np.ndarray, added_inertia: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Step the bodies by dt under the fluid's wrench (b, 6) [N, N m], which holds at joint acceleration

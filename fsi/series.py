@@ -33,7 +33,7 @@ SERIES = {
     "joint_velocity": Series(("joint",), "m/s", "joint velocity", "rad/s"),
     "joint_force": Series(("joint",), "N", "force of spring, damper, actuators and power take-off on the joint", "N m"),
     "pto_power": Series(("joint",), "W", "power that damper, actuators and power take-off absorb"),
-    "sensor": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
+    "sensor_reading": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
     "elevation": Series(("gauge",), "m", "free surface above still water"),
     "pressure": Series(("probe",), "Pa", "pressure"),
     "kinetic_energy": Series((), "J", "kinetic energy of the fluid"),

@@ -27,7 +27,7 @@ CELLS = (  # one plot in view each, the others behind it in tabs; left out where
     ("pto_power", "joint_force"),
     ("elevation",),
     ("pressure",),
-    ("sensor",),
+    ("sensor_reading",),
     ("energy", "potential_energy", "volume"),
     ("time_step", "max_speed", "pressure_residual"),
 )

@@ -20,7 +20,7 @@ from fsi.scene_file import load_scene
 SERIES = (  # title, variables; one figure each where the run has them
     ("Joints", ("joint_position", "joint_velocity", "joint_force", "pto_power")),
     ("Loads of the fluid on the bodies", ("body_force", "body_torque")),
-    ("Sensors", ("sensor",)),
+    ("Sensors", ("sensor_reading",)),
     ("Waves", ("elevation",)),
     ("Pressure", ("pressure",)),
     ("Motion of the bodies", ("displacement",)),
@@ -108,12 +108,12 @@ def _whole(data, scene: Scene) -> list:
 
 def _sensor_rows(data, seconds: float) -> list[list[str]]:
     """Peak and 1 % exceedance of every sensor of the MJCF file, hinge reactions among them."""
-    if "sensor" not in data:
+    if "sensor_reading" not in data:
         return []
-    part = data.sensor.sel(time=slice(float(data.time[-1]) - seconds - 1e-9, None))
+    part = data.sensor_reading.sel(time=slice(float(data.time[-1]) - seconds - 1e-9, None))
     rows = []
-    for name in map(str, part[part.dims[1]].values):
-        values, unit = np.abs(part.sel({part.dims[1]: name}).values), part.attrs["units"]
+    for name in map(str, part.sensor.values):
+        values, unit = np.abs(part.sel(sensor=name).values), part.attrs["units"]
         rows.append(["largest reading", name, f"{values.max():.4g}", unit])
         rows.append(["reading exceeded 1 % of the time", name, f"{response.exceeded(values):.4g}", unit])
     return rows
