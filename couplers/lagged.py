@@ -13,11 +13,10 @@ WATCH = 50  # steps from one measurement of the added mass to the next
 class Lagged:
     """One pressure solution a step, at the joint acceleration a0 (nv,) of the step before; the bodies then move under its
     wrench. An error of a0 comes back as -Ma/M of itself, so that the scheme is unstable where the added mass Ma of a
-    body exceeds its own mass M (Causin et al. 2005, Comput. Methods Appl. Mech. Eng. 194, 4506-4527)."""
+    body exceeds its own mass M (Causin et al. 2005, Comput. Methods Appl. Mech. Eng. 194, 4506-4527), and before that:
+    Ma of a single step is only a part of what the steps that follow bring."""
 
-    advice = (
-        'set coupler.scheme = "added_mass": the lagged scheme cannot hold bodies whose added mass exceeds their own'
-    )
+    advice = 'set coupler.scheme = "added_mass"; lagged holds bodies up to an added mass of about a third of their own'
     notes: tuple[str, ...] = ()
 
     def __init__(self, bodies: BodySet):

@@ -108,5 +108,4 @@ def test_what_the_fluid_loses_is_what_it_does_on_the_body_and_in_the_sponge(tmp_
         assert audit["dissipated_energy"] == pytest.approx(loss)
         assert audit["work_residual"] == pytest.approx((loss - audit["sponge_loss"]) / audit["exchanged_work"])
         residual.append(audit["work_residual"])
-    print(residual)
-    assert 0 < residual[1] < residual[0] < 0.15
+    assert 0 < residual[1] < residual[0] / 2 and residual[1] < 0.12

@@ -93,7 +93,7 @@ def test_the_default_scheme_holds_the_lightest_bodies(arrangement):
 
 
 def test_added_mass_in_an_annulus():
-    row, reason = run_case(load("added_mass_annulus"), "coarse", "chebyshev6", threads=1)
+    row, reason = run_case(load("added_mass_annulus"), "medium", "chebyshev6", threads=1)
     assert reason == "" and row.passed
 
 
