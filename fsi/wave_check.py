@@ -87,13 +87,14 @@ def wave_summary(scene: Scene) -> list[str]:
     motion = _motion(scene)
     back, forth = reach(scene.waves, water_depth(scene), scene.gravity)
     path = f"piston from {back:.3g} to {forth:.3g} m, at most {_fastest(scene, motion):.3g} m/s"
+    kind = f"{scene.waves.kind}, absorbing" if scene.waves.absorb else scene.waves.kind
     if hasattr(motion, "end"):
         path += f", at rest from {motion.end:.3g} s on"
     zones = (
         f"{key}: {length:.2f} wave lengths at {rate:.1f} omega send back about {100 * part:.2g} %, by long-wave theory"
         for key, length, rate, part, _ in _echoes(scene)
     )
-    return [*(f"waves: {line}" for line in _figures(scene)), f"waves: {scene.waves.kind}, {path}", *zones]
+    return [*(f"waves: {line}" for line in _figures(scene)), f"waves: {kind}, {path}", *zones]
 
 
 def _motion(scene: Scene) -> Motion:

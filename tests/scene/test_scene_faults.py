@@ -282,7 +282,10 @@ def test_waves_in_figures(scene_file):
     ]
     assert wave_summary(load_scene(scene_file())) == []
     solitary = '[waves]\nkind = "solitary"\nwave_height = 0.15'
-    assert "H/d 0.30, speed 2.53 m/s, 7.5 spacings high" in wave_summary(load_scene(scene_file(solitary)))[0]
+    figures, path = wave_summary(load_scene(scene_file(solitary), ["waves.absorb=true", "tank.max=[20, 0.5]"]))
+    assert "H/d 0.30, speed 2.53 m/s, 7.5 spacings high" in figures
+    assert path.startswith("waves: solitary, absorbing, piston from -0.721 to 1.44 m")
+    assert path.endswith("at rest from 5.05 s on")
 
 
 LIQUID = {"density": 1950.0, "blocks": [{"min": [0.0, -0.5], "max": [0.5, -0.3]}]}

@@ -125,7 +125,8 @@ def test_in_three_dimensions_the_surface_is_read_across_the_tank(monkeypatch):
     control, places = absorber.Absorber(box, piston(box.waves, DEPTH, G), DEPTH), []
     monkeypatch.setattr(absorber, "elevation", lambda position, point, *_: places.append(point) or 0.0)
     control.step(0.0, 0.01, None, 0.0)
-    np.testing.assert_allclose(places, [(0.15, -0.2), (0.15, 1.0), (0.15, 2.2)])
+    x = 2 * box.smoothing_length
+    np.testing.assert_allclose(places, [(x, -0.2), (x, 1.0), (x, 2.2)])
 
 
 def test_the_gain_is_that_of_the_waves_and_of_long_waves():

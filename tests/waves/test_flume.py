@@ -9,7 +9,7 @@ from fsi.gauges import elevation
 from fsi.scene import Scene
 from fsi.simulation import Simulation
 
-DEPTH, HEIGHT, LENGTH, DR = 0.1, 0.03, 2.5, 0.01
+DEPTH, HEIGHT, LENGTH, DR = 0.1, 0.03, 2.4, 0.0125
 
 
 def test_a_solitary_wave_travels_and_is_taken_up_by_the_piston_that_made_it():
@@ -21,7 +21,7 @@ def test_a_solitary_wave_travels_and_is_taken_up_by_the_piston_that_made_it():
             "duration": 7.0,
             "tank": {"min": [0, -DEPTH], "max": [LENGTH, DEPTH]},
             "waves": {"kind": "solitary", "wave_height": HEIGHT, "absorb": True},
-            "numerics": {"smoothing_ratio": 2.0, "artificial_viscosity": 0.0},
+            "numerics": {"artificial_viscosity": 0.0},
         }
     )
     sim = Simulation(scene, threads=1)
