@@ -13,6 +13,7 @@ from cases.validation.solvers import SOLVERS
 from fsi.errors import SceneError
 
 MODULES = {
+    "operators": ("kernel_2d", "kernel_3d", "free_2d", "free_3d"),
     "still_water": ("still_water", "still_water_long", "still_water_3d"),
     "still_shapes": ("still_step", "still_slope", "still_corner", "still_planes_3d"),
     "standing_wave": ("standing_wave",),
@@ -29,6 +30,7 @@ MODULES = {
     "channels": ("two_liquids_channel", "implicit_viscosity", "eddy_viscosity"),
     "tall_column": ("tall_column",),
     "short_box": ("short_box",),
+    "frames": ("moving_frame", "turned_frame", "mirror"),
     "violent": (
         "violent_corner",
         "violent_jet",

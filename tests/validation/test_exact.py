@@ -190,8 +190,8 @@ def test_the_table_of_the_short_box_agrees_with_the_full_record():
     for n in range(4):
         full = impulse(record[:, 0], record[:, 1 + n], *short_box.SPAN)
         assert short_box.IMPULSE[n] == pytest.approx(full, rel=2e-3)
-        table = np.interp(short_box.TABLE[:, 0], record[:, 0], record[:, 1 + n])
-        np.testing.assert_allclose(table, short_box.TABLE[:, 1 + n], atol=450)  # the rise is steep
+        later = short_box.TABLE[short_box.TABLE[:, 0] >= 0.5]  # the rise before is too steep to be read
+        np.testing.assert_allclose(np.interp(later[:, 0], record[:, 0], record[:, 1 + n]), later[:, 1 + n], atol=250)
 
 
 @pytest.mark.parametrize("spacing, error", [(0.04, 0.006), (0.02, 0.006), (0.01, 0.002)])
