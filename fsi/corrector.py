@@ -20,6 +20,10 @@ from fsi.terms import closeness, interface_gradient, partner, pressure_gradient,
 SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 4, 5, 6
 
 
+SPRAY = 0.55  # share of a full support, below which a particle near the surface is not shifted
+PACE = 6.0  # shift along the surface: at most so much of the inner one for each smoothing length moved (Skillen et al. 2013)
+
+
 def sums_width(dim: int) -> int:
     """Columns: maxima of speed^2 and acceleration^2, then sums of kinetic energy, r height, volume / dr^dim and guarded
     particles, then the momentum and the momentum lost in the sponge, component by component, and the energy lost there."""
@@ -27,7 +31,7 @@ def sums_width(dim: int) -> int:
 
 
 @cache
-def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool):
+def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, edged: bool):
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
     The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
@@ -35,7 +39,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     first, moment about `centre` (owners, DIM). In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
     of each of the zones (z, 4) [axis, start, end, rate]."""
     L, DIM = lanes, dim
-    P, R = dim, dim + 1
+    P, R, FULL = dim, dim + 1, 2 * dim + 2
 
     @helper(dim)
     def guard(
@@ -74,13 +78,23 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
                     taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
 
-    @compiled(lanes, dim, guarded, sponge, shifted, dense)
+    @helper(lanes, dim)
+    def along(i, m, reach, position, t_):
+        """Shift particle i along the surface: without the part of the shift across it (Khayyer et al. 2017, eq. 19)."""
+        across, normal2 = 0.0, 1e-30
+        for d in range(DIM):
+            normal2 += t_[(2 * DIM + 1 + d) * L + m] ** 2
+            across += t_[(2 * DIM + 1 + d) * L + m] * t_[(DIM + 1 + d) * L + m]
+        for d in range(DIM):
+            position[i, d] += reach * (t_[(DIM + 1 + d) * L + m] - across / normal2 * t_[(2 * DIM + 1 + d) * L + m])
+
+    @compiled(lanes, dim, guarded, sponge, shifted, dense, edged)
     def correct(
         counter, bounds, groups, trial, field, coefficients, label, position, velocity, pressure, fall, k, dt, zones,
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty((2 * DIM + 1) * L, field.dtype)
+        t_ = np.empty((3 * DIM + 1) * L, field.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -110,6 +124,14 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                 store(t_, 0, force)
                 if shifted:
                     store(t_, (DIM + 1) * L, sparse)
+                if edged:
+                    full, outward = own(trial, s, FULL, L), zero_vector(field, L, DIM)
+                    for n in range(base + span[g, 0], base + span[g, 1]):
+                        j = at(lst, n)
+                        x_ij = x_i - other_vector(field, j, 0, L, DIM)
+                        f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
+                        outward = outward + x_ij * (f * (other(trial, j, FULL, L) - full))
+                    store(t_, (2 * DIM + 1) * L, outward)
                 if guarded:
                     nearest = zero(field, L) + k.guard2
                     for n in range(base + span[g, 1], base + span[g, 2]):
@@ -146,9 +168,12 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                         speed2 += velocity[i, d] * velocity[i, d]
                         position[i, d] += dt * velocity[i, d]
                     if shifted:
-                        reach = k.shifting * coefficients[i, SUPPORT]
+                        inside = coefficients[i, SUPPORT]
                         for d in range(DIM):
-                            position[i, d] += reach * t_[(DIM + 1 + d) * L + m]
+                            position[i, d] += k.shifting * inside * t_[(DIM + 1 + d) * L + m]
+                    if edged and inside < 1.0 and trial[i, FULL] > SPRAY:
+                        near = (1.0 - inside) * min(1.0, PACE * 2.0 * k.inverse_support * dt * math.sqrt(speed2))
+                        along(i, m, near * k.shifting, position, t_)
                     for d in range(DIM):
                         sums[c, MOMENTUM + d] += mass * velocity[i, d]
                     pressure[i] = field[i, P]

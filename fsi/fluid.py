@@ -78,7 +78,9 @@ class Fluid:
         self._source = sweeps.make_source(L, D, dense)
         self._sweep = sweeps.make_sweep(L, D, dense)
         guarded = self.scene.wall_guard > 0 and len(self.boundary) > 0
-        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense)
+        self._corrector = corrector.make_corrector(
+            L, D, guarded, len(self.zones) > 0, shifted, dense, shifted and surface
+        )
         self._no_slip = laminar and numerics.wall_slip == "no_slip"
         self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None
         self._viscous = laminar or numerics.artificial_viscosity > 0
@@ -106,7 +108,8 @@ class Fluid:
         dim, rows = self.dim, n + len(self.boundary) + 16
         self._sort = CellSort(self.grid, n, self.team)
         self._xs = np.zeros((dim, rows), np.float32)
-        self._trial = np.zeros((rows, 8 if dim == 3 else 6), self.dtype)
+        edged = self.scene.shifting > 0 and not self.scene.closed
+        self._trial = np.zeros((rows, 2 * dim + 3 if edged else 8 if dim == 3 else 6), self.dtype)
         dense = self._relative is not None
         width = 8 if dim == 3 else 6 if self.rheology or dense else 4
         self._flow = np.zeros((rows, width), self.dtype) if self._viscous else self._trial

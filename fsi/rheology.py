@@ -98,7 +98,7 @@ class Rheology:
         self.rate = np.empty(0, dtype)
         self.sweeps = 1
         dense = len({liquid.density for liquid in scene.all_liquids}) > 1
-        self._shear = viscous.make_shear(lanes, dim) if self.shears else None
+        self._shear = viscous.make_shear(lanes, dim, self.no_slip) if self.shears else None
         self._viscosity = viscous.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
         self._mirror = viscous.make_mirror(lanes, dim) if implicit and self.no_slip else None
         self._push = viscous.make_push(lanes, dim, dense) if implicit else None

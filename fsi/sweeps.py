@@ -2,7 +2,8 @@
 
 Packed rows, fluid first and boundary after (DIM components a vector): `flow` [x, u], `trial` [x, p, u*], `field` [x, p].
 Between liquids of unequal density (`dense`) they also hold r, the density over the first liquid's and 0 for walls, in the
-column 2 DIM + 1 of `flow` and `trial` and after the pressures of `field`.
+column 2 DIM + 1 of `flow` and `trial` and after the pressures of `field`. Where particles are shifted along a surface,
+column 2 DIM + 2 of `trial` holds how full their support is.
 Sums over a group's list run in vector lanes; what follows for each particle is plain scalar code. A factory returns the
 kernel for its arguments; a term that is switched off there is not compiled.
 """
@@ -69,7 +70,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
     deficit of the density against the lattice's. `viscosity`: "none", "no_slip" where walls drag, "free_slip". Without a
     `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM = lanes, dim
-    U, R = dim + 1, 2 * dim + 1
+    U, R, FULL = dim + 1, 2 * dim + 1, 2 * dim + 2
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
 
     @compiled(lanes, dim, viscosity, artificial, shifted, dense, surface)
@@ -140,6 +141,8 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                     if shifted:
                         inside = min(1.0, max(0.0, (filled - 0.93) / 0.04)) if surface else 1.0
                         coefficients[i, SUPPORT] = inside
+                        if surface:
+                            trial[i, FULL] = filled
                     for d in range(DIM):
                         velocity[i, d] += dt * (fall[d] - t_[(3 + d) * L + m])
                         trial[i, U + d] = velocity[i, d]

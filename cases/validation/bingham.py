@@ -20,7 +20,7 @@ from fsi.simulation import Simulation
 GAP, DENSITY, FORCE = 0.1, 1000.0, 1.0  # [m], [kg/m3], [m/s2]
 YIELD, MU_INF, MU_0 = 20.0, 10.0, 10000.0  # [Pa], [Pa s], [Pa s]
 STRESS = 0.5 * DENSITY * FORCE * GAP  # at the plates [Pa]
-LENGTH = 0.5 * GAP
+LENGTH = GAP
 
 
 def plastic_speed(z: np.ndarray) -> np.ndarray:

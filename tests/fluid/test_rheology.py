@@ -24,7 +24,7 @@ def linear_flow(fluid, gradient):
 @pytest.mark.parametrize("boundary", [False, True])
 def test_a_rotating_solid_has_no_strain_and_shear_has_its_own(dim, boundary):
     """On disordered particles with edges, where uncorrected gradients see strain of the size of the rotation."""
-    fluid = random_fluid(dim, boundary=boundary, turbulence="smagorinsky")
+    fluid = random_fluid(dim, boundary=boundary, turbulence="smagorinsky", wall_slip="free_slip")
     spin = np.zeros((dim, dim))
     spin[0, -1], spin[-1, 0] = 3.0, -3.0
     linear_flow(fluid, spin)
@@ -108,7 +108,7 @@ def poiseuille(step: float | None, duration=1.0, **numerics) -> Simulation:
                 "spacing": gap / 10,
                 "duration": duration,
                 "gravity": 0.0,
-                "tank": {"min": [0, 0], "max": [1.4 * gap, gap], "walls": ["z-", "z+"], "periodic": ["x"]},
+                "tank": {"min": [0, 0], "max": [1.7 * gap, gap], "walls": ["z-", "z+"], "periodic": ["x"]},
                 "fluid": {"still_water_level": gap, "start": "zero", "acceleration": [1e-4, 0.0]},
                 "numerics": {"max_time_step": step} | numerics,
             }
@@ -124,7 +124,7 @@ def test_steps_far_beyond_the_explicit_limit_settle_to_the_exact_profile():
     sim.run()
     z = sim.fluid.position[:, 1]
     exact = 50.0 * z * (1e-3 - z)
-    assert np.abs(sim.fluid.velocity[:, 0] - exact).max() < 0.03 * 1.25e-5
+    assert np.abs(sim.fluid.velocity[:, 0] - exact).max() < 0.05 * 1.25e-5
     assert sim.step_count < 20
 
 

@@ -83,7 +83,7 @@ fluid = sim.fluid
 used = {fluid._predictor, fluid._source, fluid._sweep, fluid._corrector, fluid._weights, fluid._extrapolation}
 assert all(len(kernel.signatures) == 1 for kernel in used)
 assert fluid._predictor is sweeps.make_predictor(fluid.lanes, 2, "none", False, False, False, True)  # no viscosity, no shift
-assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False)  # nor densities
+assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False, False)  # nor densities
 assert fluid._weights is boundary.make_weights(fluid.lanes, 2, False, False)
 for factory, made in ((sweeps.make_predictor, 1), (corrector.make_corrector, 1), (sweeps.make_echo, 0),
                       (boundary.make_weights, 1), (boundary.make_extrapolation, 1), (boundary.make_force, 0),

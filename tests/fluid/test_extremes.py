@@ -1,0 +1,83 @@
+"""Sizes, densities and viscosities far from a wave tank's: water at rest stays at rest, a column falls as it must."""
+
+import numpy as np
+import pytest
+from tanks import still_tank
+
+from fsi.scene import Scene
+from fsi.simulation import Simulation
+
+
+@pytest.mark.parametrize(
+    "spacing, density, viscosity",
+    [
+        (1e-4, 1000, 1e-6),
+        (10.0, 1000, 1e-6),
+        (0.02, 1.0, 1e-6),
+        (0.02, 13600, 1e-6),
+        (0.02, 1000, 0.0),
+        (0.02, 1000, 1.0),
+    ],
+)
+def test_a_pool_stays_at_rest(spacing, density, viscosity):
+    depth = 16 * spacing
+    fluid = {"density": density, "kinematic_viscosity": viscosity}
+    sim = Simulation(still_tank(spacing=spacing, depth=depth, length=depth, fluid=fluid), threads=1)
+    wave = np.sqrt(9.81 * depth)
+    sim.run(5 * depth / wave)
+    z, p = sim.fluid.position[:, 1], sim.fluid.pressure_values
+    error = (p / (density * 9.81) + z)[z < -2 * spacing] / depth
+    assert np.sqrt((error**2).mean()) < 0.005
+    assert np.sqrt((sim.fluid.velocity**2).sum(1).mean()) < 0.005 * wave
+    assert abs(z.mean() + 0.5 * depth) < 0.001 * depth and sim.fluid.lost == 0
+
+
+def column(spacing, density, viscosity, gravity=9.81) -> Simulation:
+    """A column 8 spacings wide and 16 high that is let go in a tank four times as wide."""
+    a = 8 * spacing
+    block = {"min": [0, 0], "max": [a, 2 * a]}
+    return Simulation(
+        Scene.model_validate(
+            {
+                "spacing": spacing,
+                "duration": 3 * np.sqrt(a / max(gravity, 1.0)),
+                "gravity": gravity,
+                "tank": {"min": [0, 0], "max": [4 * a, 4 * a], "walls": ["x-", "x+", "z-", "z+"]},
+                "fluid": {
+                    "density": density,
+                    "kinematic_viscosity": viscosity,
+                    "start": "converged",
+                    "blocks": [block],
+                },
+            }
+        ),
+        threads=1,
+    )
+
+
+def test_collapsing_columns_of_all_sizes_and_densities_are_similar():
+    """Without viscosity nothing but sqrt(a / g) sets a scale: all reach as far at the same time."""
+    fronts = []
+    for spacing, density in ((1e-4, 1000), (0.02, 1000), (0.02, 1.0), (0.02, 13600), (10.0, 1000)):
+        sim = column(spacing, density, 0.0)
+        sim.run(1.5 * np.sqrt(8 * spacing / 9.81))
+        fronts.append(sim.fluid.position[:, 0].max() / (8 * spacing))
+        assert sim.fluid.lost == 0 and sim.books.kinetic + sim.books.potential < 1.001 * sim.books.energy_at_start
+    assert np.ptp(fronts) < 0.05 and 1.5 < np.mean(fronts) < 3.5
+
+
+def test_a_column_of_tar_creeps_in_implicit_steps():
+    """1e3 Pa s: it sags by mg / viscosity, far slower than it would fall, and never springs."""
+    sim = column(0.02, 1000, 1.0)
+    speed = []
+    sim.run(on_step=lambda sim: speed.append(sim.books.max_speed))
+    assert sim.fluid.rheology.implicit
+    assert 0 < max(speed) < 0.2 * np.sqrt(9.81 * 0.32) and sim.fluid.lost == 0
+    assert sim.books.kinetic + sim.books.potential < sim.books.energy_at_start
+
+
+def test_nothing_moves_without_gravity():
+    sim = column(0.02, 1000, 1e-6, gravity=0.0)
+    start = sim.fluid.position.copy()
+    sim.run()
+    assert np.abs(np.sort(sim.fluid.position, 0) - np.sort(start, 0)).max() < 0.01 * 0.02
