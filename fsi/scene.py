@@ -244,7 +244,7 @@ class Numerics(Part):
         None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
     )
     wall_guard: NonNegative | None = (
-        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.6 in 2D, 1.0 in 3D
+        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.7 in 2D, 1.0 in 3D
     )
     mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
@@ -321,7 +321,7 @@ class Scene(Part):
         """Distance [spacing] to wall particles that a fluid particle keeps; 0 is off. In three dimensions spheres of 0.8
         spacings leave holes between the particles of a wall that is no lattice."""
         guard = self.numerics.wall_guard
-        return (0.6 if self.dimension == 2 else 1.0) if guard is None else guard
+        return (0.7 if self.dimension == 2 else 1.0) if guard is None else guard
 
     @property
     def layers(self) -> int:
