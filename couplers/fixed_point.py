@@ -10,6 +10,7 @@ from fsi.protocols import BodySet, FluidLoads
 
 WATCH = 50  # steps from one measurement of the added mass to the next
 PASSES = 50  # at most, in a step
+ROUNDING = 100.0
 
 
 class FixedPoint:
@@ -19,8 +20,9 @@ class FixedPoint:
     step's. Nothing is assumed of H, no added mass is measured; `QuasiNewton` finds the fixed point. A scalar relaxation
     (Aitken) would do for one joint, but not for several that the fluid couples.
 
-    Settled is an acceleration with r = H(a) - a such that r^T M r <= tolerance^2 (a^T M a + Q^T M^-1 Q), with the mass
-    matrix M and the joint force Q of the fluid: what is left in force, as a share of the forces at work.
+    Settled is an acceleration with r = H(a) - a such that r^T M r <= tolerance^2 (a^T M a + sum F^2 / m), with the mass
+    matrix M and the force F of the fluid on each body of mass m: what is left in force, as a share of the forces at work.
+    Near that rounding takes over; a residual up to `ROUNDING` times as large that falls no more is settled as well.
     """
 
     advice = (
@@ -37,7 +39,7 @@ class FixedPoint:
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
         motion, inertia, state = bodies.motion(), bodies.inertia(), bodies.save()
-        guess, none = self.acceleration, np.zeros_like(inertia)
+        guess, none, sizes = self.acceleration, np.zeros_like(inertia), []
         self._solver.begin()
         for attempt in range(PASSES):
             if attempt:
@@ -46,20 +48,17 @@ class FixedPoint:
             if attempt == 0 and self._count % WATCH == 0:
                 self._response = respond(fluid, bodies, motion)
             found = bodies.advance(dt, wrench, none, guess)
-            if self._settled(found - guess, guess, np.einsum("bik,bi->k", motion.jacobian, wrench), inertia):
+            rest, force = found - guess, (wrench[:, :3] ** 2).sum(1)
+            sizes.append(np.sqrt(rest @ inertia @ rest))
+            goal = self.tolerance * np.sqrt(guess @ inertia @ guess + (force / bodies.mass).sum())
+            if _settled(sizes, goal):
                 break
-            guess = self._solver.next(guess, found, np.sqrt(np.diag(inertia)))
+            guess = self._solver.next(guess, found, np.sqrt(np.diag(inertia)), 10 * goal)
         else:
             self.unsettled += 1
         self._count += 1
         self.acceleration = found
         return wrench
-
-    def _settled(self, rest: np.ndarray, guess: np.ndarray, force: np.ndarray, inertia: np.ndarray) -> bool:
-        if rest.size == 0:
-            return True
-        scale = guess @ inertia @ guess + force @ np.linalg.solve(inertia, force)
-        return rest @ inertia @ rest <= self.tolerance**2 * scale
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -71,3 +70,9 @@ class FixedPoint:
     def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
         """Added over own inertia (b,) of each body as last measured, see `Response.ratio`."""
         return mass_ratio(self._response, bodies)
+
+
+def _settled(sizes: list[float], goal: float) -> bool:
+    """Whether the last of the residuals is small enough, or as small as rounding lets it become."""
+    stalled = len(sizes) > 3 and sizes[-1] > 0.5 * min(sizes[:-1])
+    return sizes[-1] <= (ROUNDING * goal if stalled else goal)

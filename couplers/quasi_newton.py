@@ -27,14 +27,17 @@ class QuasiNewton:
             self._past = [self._changes(), *self._past][: self._memory]
         self._calls: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def next(self, x: np.ndarray, image: np.ndarray, scale: np.ndarray) -> np.ndarray:
-        """The x (n,) to try after H(x) = image (n,); residuals are compared after multiplication with `scale` (n,)."""
+    def next(self, x: np.ndarray, image: np.ndarray, scale: np.ndarray, floor: float = 0.0) -> np.ndarray:
+        """The x (n,) to try after H(x) = image (n,); residuals are compared after multiplication with `scale` (n,), and
+        changes of them up to `floor` left out, which are mostly rounding."""
         self._calls.append((image - x, image))
         parts = ([self._changes()] if len(self._calls) > 1 else []) + self._past
         if not parts:
             return x + FIRST * (image - x)
         V, W = (np.concatenate(arrays, axis=1) for arrays in zip(*parts, strict=True))
-        keep = _independent(scale[:, None] * V)
+        keep = _independent(scale[:, None] * V, floor)
+        if not keep:
+            return x + FIRST * (image - x)
         V, W = V[:, keep], W[:, keep]
         c = np.linalg.lstsq(scale[:, None] * V, scale * (x - image), rcond=None)[0]
         return image + W @ c
@@ -45,16 +48,16 @@ class QuasiNewton:
         return -np.diff(residual, axis=0).T, -np.diff(image, axis=0).T
 
 
-def _independent(columns: np.ndarray, share: float = 1e-3) -> list[int]:
-    """Which columns to use, the first ones first: each must keep a good share of its length at right angles to those
-    before it; else it would repeat their news with more noise."""
+def _independent(columns: np.ndarray, floor: float, share: float = 1e-3) -> list[int]:
+    """Which columns to use, the first ones first: each must be longer than `floor` and keep a good share of its length at
+    right angles to those before it; else it would repeat their news with more noise."""
     basis = np.zeros((len(columns), 0))
     keep = []
     for i, column in enumerate(columns.T):
         rest = column - basis @ (basis.T @ column)
         rest -= basis @ (basis.T @ rest)
         length = np.linalg.norm(rest)
-        if length > share * np.linalg.norm(column) and len(keep) < len(columns):
+        if length > max(floor, share * np.linalg.norm(column)) and len(keep) < len(columns):
             basis = np.column_stack([basis, rest / length])
             keep.append(i)
     return keep
