@@ -31,6 +31,7 @@ MODULES = {
     "tall_column": ("tall_column",),
     "short_box": ("short_box",),
     "frames": ("moving_frame", "turned_frame", "mirror"),
+    "stability": ("stability",),
     "violent": (
         "violent_corner",
         "violent_jet",

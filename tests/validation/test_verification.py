@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cases.validation import load
+from cases.validation import load, stability
 from cases.validation.frames import pairs
 from cases.validation.operators import PeriodicSums, kernel_errors
 from cases.validation.report import order
@@ -46,3 +46,16 @@ def test_sums_over_a_constant_vanish():
 def test_points_of_a_lattice_are_paired_by_place():
     here = np.array([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5]])
     assert list(pairs(here, here[[2, 0, 1]], 1.0)) == [1, 2, 0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("solver", ["explicit", "explicit4", "chebyshev4", "chebyshev6", "chebyshev8"])
+def test_the_rule_keeps_a_margin_to_the_largest_stable_step(solver):
+    found, _ = run_case(load("stability"), "coarse", solver)
+    assert max(found.error.values()) < 0.6, found.error
+
+
+def test_too_long_a_step_counts_as_unstable():
+    scene = stability.tank(0.05, 1.0, "chebyshev6", viscous=False)
+    assert stability.Trial(scene, stability.rule(scene)).stable
+    assert not stability.Trial(scene, 8 * stability.rule(scene)).stable
