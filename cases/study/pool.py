@@ -71,7 +71,8 @@ class Cluster:
             record_failure(job.folder, reason)
             return job, Outcome("failed", reason, {})
         except (CancelledError, CommClosedError, OSError) as fault:
-            raise RunError(f"the Dask scheduler has gone ({fault}); start the study again to go on") from None
+            reason = str(fault).splitlines()[0] if str(fault) else type(fault).__name__
+            raise RunError(f"the Dask scheduler has gone: {reason}; start the study again to go on") from None
         if not (job.folder / "run.json").exists():
             raise RunError(f"the workers do not share {job.folder.parent} with this machine; use a folder that they do")
         return job, outcome
@@ -120,9 +121,12 @@ def _connected(distributed, address: str) -> Iterator:
 
 
 def _quieten() -> None:
-    """A worker's death is reported as the outcome of its run, not as a log of Dask's."""
+    """A worker's death is reported as the outcome of its run, a scheduler's as an error, not as a log of Dask's."""
+    import logging
+
     import dask
 
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     dask.config.set(
         {
             "distributed.scheduler.allowed-failures": TRIES - 1,
