@@ -38,21 +38,35 @@ class InProcess:
 
 
 class Cluster:
-    """Runs jobs through a Dask client."""
+    """Runs jobs through a Dask client, at any time no more than it has workers for: a job that waited in the queue of a
+    worker would be counted as its victim when that dies."""
 
-    def __init__(self, client, workers: int):
+    def __init__(self, client):
         from distributed import as_completed
 
-        self.workers = workers
         self._client = client
+        self._waiting: deque[Job] = deque()
         self._jobs: dict[str, Job] = {}
+        self._under_way = 0
         self._finished = as_completed()
+
+    @property
+    def workers(self) -> int:
+        """Runs that the cluster can be at now; it may grow and shrink."""
+        return max(1, sum(self._client.nthreads().values()))
 
     def submit(self, job: Job) -> None:
         """Hand a job to the cluster."""
-        future = self._client.submit(execute, job, pure=False, key=f"{job.folder.name}-{os.getpid()}-{len(self._jobs)}")
-        self._jobs[future.key] = job
-        self._finished.add(future)
+        self._waiting.append(job)
+
+    def _fill(self) -> None:
+        for _ in range(min(len(self._waiting), self.workers - self._under_way)):
+            job = self._waiting.popleft()
+            key = f"{job.folder.name}-{os.getpid()}-{len(self._jobs)}"
+            future = self._client.submit(execute, job, pure=False, key=key)
+            self._jobs[key] = job
+            self._under_way += 1
+            self._finished.add(future)
 
     def next(self) -> tuple[Job, Outcome]:
         """The next job that is finished, in whatever order. Raises RunError where the cluster has gone or does not see
@@ -62,7 +76,9 @@ class Cluster:
         from distributed import KilledWorker
         from distributed.comm import CommClosedError
 
+        self._fill()
         future = next(self._finished)
+        self._under_way -= 1
         job = self._jobs[future.key]
         try:
             outcome = future.result()
@@ -92,11 +108,10 @@ def open_pool(workers: int | None, scheduler: str | None, threads: int) -> Itera
     _quieten()
     if scheduler is not None:
         with _connected(distributed, scheduler) as client:
-            count = len(client.scheduler_info(n_workers=-1)["workers"])
-            if not count:
+            if not client.nthreads():
                 fix = f"start some: dask worker {scheduler} --nthreads 1"
                 raise SceneError(f"the scheduler {scheduler} has no workers", key="--scheduler", fix=fix)
-            yield Cluster(client, count)
+            yield Cluster(client)
         return
     cores = available_threads()
     count = workers or max(1, cores // threads)
@@ -105,7 +120,7 @@ def open_pool(workers: int | None, scheduler: str | None, threads: int) -> Itera
     options |= {"dashboard_address": None, "worker_dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         client.register_plugin(_placement(distributed, threads))
-        yield Cluster(client, count)
+        yield Cluster(client)
 
 
 @contextmanager

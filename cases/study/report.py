@@ -15,7 +15,7 @@ from fsi.errors import SceneError
 
 SHOWN = ("mean_power", "capture_width_ratio", "rao", "rao_phase", "motion_max", "joint_force_max", "force_max")
 DECAY = ("decay_period", "decay_linear", "decay_quadratic", "decay_ratio")
-CURVES = 8  # of a second parameter in one panel, at most
+CURVES = 3  # values of a second parameter that are curves in one panel; more are a surface
 
 
 def report(folder: str | Path) -> Path:
@@ -182,7 +182,13 @@ def _at(data, name: str, value) -> str:
 def _axis(panel, data, name: str, axis: str) -> None:
     values = np.unique(data[name].values.astype(float))
     if values[0] > 0 and values[-1] / values[0] > 15:
+        from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
         getattr(panel, f"set_{axis}scale")("log")
+        ticks = getattr(panel, f"{axis}axis")
+        ticks.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ticks.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ticks.set_minor_formatter(NullFormatter())
     getattr(panel, f"set_{axis}label")(label(data[name]), fontsize=10)
 
 
@@ -195,11 +201,11 @@ def _surface(panel, data, frame, name: str, parameters: list[str]) -> None:
     if len(known) >= 4 and known[name].nunique() > 1 and _spread(known, x, y):
         filled = panel.tricontourf(known[x], known[y], known[name], levels=levels, cmap="viridis")
         panel.figure.colorbar(filled, ax=panel).set_label(label(data[name.partition(".")[0]]), fontsize=10)
-    panel.plot(known[x], known[y], "o", color="white", markeredgecolor="black", markersize=4)
+    panel.plot(known[x], known[y], "o", color="white", markeredgecolor="black", markersize=4, clip_on=False)
     best = best_row(data)
     if best is not None:
         at = best["parameters"]
-        panel.plot(at[x], at[y], "*", color="#d1602b", markeredgecolor="black", markersize=15, label="best")
+        panel.plot(at[x], at[y], "*", color="#d1602b", markeredgecolor="black", markersize=15, clip_on=False)
     panel.set_title(name, loc="left", fontsize=12)
     panel.grid(False)
 
