@@ -34,7 +34,10 @@ class InProcess:
     def next(self) -> tuple[Job, Outcome]:
         """The next job that is finished."""
         job = self._jobs.popleft()
-        return job, execute(job)
+        outcome = execute(job)
+        if outcome.status == "interrupted":  # by Ctrl-C, which a run takes for itself
+            raise KeyboardInterrupt
+        return job, outcome
 
 
 class Cluster:
@@ -76,11 +79,11 @@ class Cluster:
         from distributed import KilledWorker
         from distributed.comm import CommClosedError
 
-        self._fill()
-        future = next(self._finished)
-        self._under_way -= 1
-        job = self._jobs[future.key]
         try:
+            self._fill()
+            future = next(self._finished)
+            self._under_way -= 1
+            job = self._jobs[future.key]
             outcome = future.result()
         except KilledWorker:
             reason = f"its worker process died {TRIES} times; it may have run out of memory"

@@ -52,20 +52,32 @@ class Outcome:
 
 
 def execute(job: Job) -> Outcome:
-    """Run the job, or take it from its folder; a run that fails is an outcome, not an error."""
-    job.folder.mkdir(parents=True, exist_ok=True)
-    with _claimed(job.folder):
-        facts = read_facts(job.folder)
-        reused = facts.get("status") == "done" or (facts.get("status") == "failed" and not job.again)
-        if not reused:
-            facts = _run(job)
-        outcome = Outcome(facts["status"], facts.get("reason", ""), {}, facts.get("wall_seconds", 0.0), reused)
-        if outcome.status == "done":
-            try:
-                outcome.figures = _figures(job)
-            except (SceneError, RunError) as error:
-                outcome.status, outcome.reason = "failed", str(error)
-        return outcome
+    """Run the job, or take it from its folder; whatever goes wrong is an outcome, not an error, for one run must not end
+    the study."""
+    try:
+        job.folder.mkdir(parents=True, exist_ok=True)
+        with _claimed(job.folder):
+            return _outcome(job)
+    except Exception as error:
+        return Outcome("failed", _reason(error), {})
+
+
+def _outcome(job: Job) -> Outcome:
+    facts = read_facts(job.folder)
+    reused = facts.get("status") == "done" or (facts.get("status") == "failed" and not job.again)
+    if not reused:
+        facts = _run(job)
+    outcome = Outcome(facts["status"], facts.get("reason", ""), {}, facts.get("wall_seconds", 0.0), reused)
+    if outcome.status == "done":
+        try:
+            outcome.figures = _figures(job)
+        except Exception as error:
+            outcome.status, outcome.reason = "failed", _reason(error)
+    return outcome
+
+
+def _reason(error: Exception) -> str:
+    return str(error) if isinstance(error, SceneError | RunError) else f"{type(error).__name__}: {error}"
 
 
 def read_facts(folder: Path) -> dict:
@@ -106,10 +118,8 @@ def _run(job: Job) -> dict:
 
     try:
         run(job.scene, out=job.folder, threads=job.threads, quiet=True)
-    except (RunError, SceneError) as error:
-        record_failure(job.folder, str(error))
-    except Exception as error:  # whatever it is, it must not end the study
-        record_failure(job.folder, f"{type(error).__name__}: {error}")
+    except Exception as error:
+        record_failure(job.folder, _reason(error))
     return read_facts(job.folder)
 
 

@@ -98,6 +98,16 @@ def test_a_run_that_another_process_is_at_is_waited_for(here):
         assert time.perf_counter() - start > 0.4 and stamps(here / "studies/study") == before
 
 
+def test_an_interruption_ends_the_study_not_the_run_alone(here):
+    (here / "study.toml").write_text((here / "study.toml").read_text() + "[set]\nduration = 30.0\n")
+    interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    result = CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "0"])
+    interrupt.cancel()
+    assert result.exit_code == 130 and result.stderr.splitlines()[-1] == "interrupted"
+    assert len([run for run in stamps(here / "studies/study").values() if run]) < 3
+
+
 def test_tables_hold_every_row_with_units(here):
     data = sweep("study.toml", workers=0, quiet=True)
     folder = here / "studies/study"
