@@ -9,7 +9,7 @@ from bodies import checks, pto, sensors
 from bodies.conditions import conditions
 from bodies.gap import Gap, between
 from bodies.geoms import place, triangles
-from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.mjcf import GEOM, load_model, moves, name_of, start_from_keyframe, wet_geoms
 from bodies.reach import Reach
 from bodies.shapes import Placed
 from bodies.stepper import Stepper
@@ -41,6 +41,7 @@ class BodySet:
         self._spacing, self._layers = scene.spacing, scene.layers
         self.model, notes = load_model(scene.bodies, scene.gravity, source)
         self.data = mujoco.MjData(self.model)
+        start_from_keyframe(self.model, self.data)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
         self._bodies = np.array(

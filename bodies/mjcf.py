@@ -45,6 +45,13 @@ def load_model(files: Mapping[str, BodyFile], gravity: float, source: object) ->
     return model, notes
 
 
+def start_from_keyframe(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Put a model into its keyframe named "start", if it has one: joint positions and velocities at t = 0."""
+    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "start")
+    if key >= 0:
+        mujoco.mj_resetDataKeyframe(model, data, key)
+
+
 def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: object) -> list[int]:
     """Ids of the wet geoms, file by file: those in its tuple named "wet", or without one all geoms of bodies that move.
 
