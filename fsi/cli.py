@@ -133,6 +133,7 @@ def validate(
     out: str | Path | None = None,
     threads: int | None = None,
     jobs: int = 1,
+    figures: bool = False,
     quiet: bool = False,
 ):
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.validate`."""
@@ -140,7 +141,14 @@ def validate(
 
     say = _silent if quiet else _say
     return run_all(
-        tuple(names), levels=tuple(levels), solvers=tuple(solvers), out=out, threads=threads, jobs=jobs, say=say
+        tuple(names),
+        levels=tuple(levels),
+        solvers=tuple(solvers),
+        out=out,
+        threads=threads,
+        jobs=jobs,
+        figures=figures,
+        say=say,
     )
 
 

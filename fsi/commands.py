@@ -192,6 +192,7 @@ def validate(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of rows, plots and VALIDATION.md.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
+    figures: Annotated[bool, typer.Option("--figures", help="A page with pictures for each run.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -204,6 +205,7 @@ def validate(
             out=out,
             threads=threads,
             jobs=jobs,
+            figures=figures,
             quiet=quiet,
         )
         if as_json:

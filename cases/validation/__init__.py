@@ -46,6 +46,7 @@ MODULES = {
     "coupling.agreement": ("schemes_flap",),
     "coupling.stability": ("stability_heave", "stability_flap", "stability_box", "stability_raft"),
     "coupling.added_mass": ("added_mass_annulus", "added_mass_shaken", "added_mass_sphere"),
+    "wedge_entry": ("wedge_entry",),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)
 

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
 
 from cases.validation import load
 from cases.validation.case import Row
@@ -15,18 +16,20 @@ from fsi.threads import available_threads
 Job = tuple[str, str, str]  # case, level, solver
 
 
-def run_all(jobs: Sequence[Job], processes: int, threads: int) -> Iterator[tuple[Job, Row, str]]:
+def run_all(
+    jobs: Sequence[Job], processes: int, threads: int, figures: Path | None = None
+) -> Iterator[tuple[Job, Row, str]]:
     """Each job with its row and why it failed, as soon as it is done; with several processes each has one thread."""
     if processes == 1:
         for job in jobs:
-            yield job, *_run(job, threads)
+            yield job, *_run(job, threads, figures)
         return
     spawn = multiprocessing.get_context("spawn")  # threads of a parent do not survive a fork
     processors = spawn.SimpleQueue()
     for processor in _processors(processes):
         processors.put(processor)
     with ProcessPoolExecutor(processes, spawn, _keep_to, (processors,)) as pool:
-        running = {pool.submit(_run, job, 1): job for job in jobs}
+        running = {pool.submit(_run, job, 1, figures): job for job in jobs}
         try:
             for done in as_completed(running):
                 yield running[done], *done.result()
@@ -46,6 +49,6 @@ def _keep_to(processors) -> None:
         os.sched_setaffinity(0, {processor})
 
 
-def _run(job: Job, threads: int) -> tuple[Row, str]:
+def _run(job: Job, threads: int, figures: Path | None) -> tuple[Row, str]:
     case, level, solver = job
-    return run_case(load(case), level, solver, threads)
+    return run_case(load(case), level, solver, threads, figures)

@@ -42,8 +42,11 @@ def scene_of(case: Case, level: str, solver: str, folder: Path) -> Scene:
     return load_scene(Scene.model_validate(data | extra | {"numerics": numerics | changed}, context={"folder": folder}))
 
 
-def run_case(case: Case, level: str, solver: str, threads: int | None = None) -> tuple[Row, str]:
-    """The row of one run, and why it failed ("" where it did not). Raises SceneError where the scene is wrong."""
+def run_case(
+    case: Case, level: str, solver: str, threads: int | None = None, figures: Path | None = None
+) -> tuple[Row, str]:
+    """The row of one run, and why it failed ("" where it did not); its page is written into the folder `figures`.
+    Raises SceneError where the scene is wrong."""
     if case.run:
         return case.run(case, level, solver)
     with tempfile.TemporaryDirectory() as folder:
@@ -77,4 +80,8 @@ def run_case(case: Case, level: str, solver: str, threads: int | None = None) ->
         target=dict(case.target),
         passed=all(met(error[name], target) for name, target in case.target.items()),
     )
+    if figures and not reason:
+        from cases.validation.pictures import write_page
+
+        write_page(case, row, measure, figures)
     return row, reason

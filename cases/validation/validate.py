@@ -43,11 +43,13 @@ def validate(
     out: str | Path | None = None,
     threads: int | None = None,
     jobs: int = 1,
+    figures: bool = False,
     say: Callable[[str], None] = lambda line: None,
 ) -> Validation:
     """Run these cases (all, if none are named; groups, and patterns such as `still_*`, are names too) at these levels
     (coarse) with these solvers (the default one); `defaults` is the study of all variants. Each row is kept as soon as it
-    is there. With `jobs` above one so many run at a time, on a processor each. `say` hears of the progress.
+    is there. With `jobs` above one so many run at a time, on a processor each. With `figures` each run gets a page with its
+    pictures in the folder `figures` beside the rows. `say` hears of the progress.
 
     Raises SceneError for a name that does not exist."""
     levels = _known("--level", levels or LEVELS[:1], LEVELS)
@@ -57,7 +59,7 @@ def validate(
     store, threads = Store.choose(out), 1 if jobs > 1 else threads or available_threads()
     rows, failures = {}, []
     say(f"{len(runs)} runs")
-    for run, row, reason in run_all(runs, jobs, threads):
+    for run, row, reason in run_all(runs, jobs, threads, store.folder / "figures" if figures else None):
         rows[run] = row
         store.add(row, threads)
         verdict = f"failed: {reason}" if reason else "met" if row.passed else "MISSED"
