@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import time as clock
 from dataclasses import replace
 from pathlib import Path
 from queue import Queue
@@ -15,7 +16,8 @@ from fsi.particle_fields import fraction, thinned
 from fsi.protocols import BodySet, Event, Frame, Recorder
 from fsi.scene import Scene
 
-QUEUE_LENGTH = 8  # frames; the run waits for the writer beyond it, so that memory stays bounded
+QUEUE_LENGTH = 8  # batches; the run waits for the writer beyond it, so that memory stays bounded
+BATCH, BATCH_SECONDS = 32, 0.5  # frames, wall time [s]: every hand-over may cost the run a change of threads
 
 
 def open_recorders(scene: Scene, folder: Path, live: str | None = None) -> list[Recorder]:
@@ -46,6 +48,8 @@ class Background:
         self._queue: Queue = Queue(QUEUE_LENGTH)
         self._thread: Thread | None = None
         self._fault: Exception | None = None
+        self._batch: list[Frame] = []
+        self._handed = clock.monotonic()
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         """Open the streams here and now: the bodies' meshes must not be read while MuJoCo steps."""
@@ -59,7 +63,9 @@ class Background:
         self._thread.start()
 
     def series(self, frame: Frame) -> None:
-        self._hand_over("series", _copy(replace(frame, position=None, velocity=None, pressure=None, label=None)))
+        self._batch.append(_copy(replace(frame, position=None, velocity=None, pressure=None, label=None)))
+        if len(self._batch) >= BATCH or clock.monotonic() - self._handed > BATCH_SECONDS:
+            self._hand_over_batch()
 
     def particles(self, frame: Frame) -> None:
         """Hand over the share of the particles that is drawn."""
@@ -73,24 +79,33 @@ class Background:
     def end(self) -> None:
         """Write out what is queued and close the streams; a second call does nothing."""
         if self._thread:
+            if self._batch and not self._fault:
+                self._hand_over_batch()
             self._queue.put(None)
             self._thread.join()
             self._thread = None
             self._raise()
 
     def _hand_over(self, method: str, *arguments) -> None:
+        if self._batch:
+            self._hand_over_batch()
         self._raise()
-        self._queue.put((method, arguments))
+        self._queue.put([(method, arguments)])
+
+    def _hand_over_batch(self) -> None:
+        self._raise()
+        batch, self._batch, self._handed = self._batch, [], clock.monotonic()
+        self._queue.put([("series", (frame,)) for frame in batch])
 
     def _raise(self) -> None:
         if self._fault:
             raise _run_error(self._fault) from self._fault
 
     def _write(self) -> None:
-        while (job := self._queue.get()) is not None:
-            method, arguments = job
-            for recorder in self._recorders:
-                self._try(getattr(recorder, method), *arguments)
+        while (jobs := self._queue.get()) is not None:
+            for method, arguments in jobs:
+                for recorder in self._recorders:
+                    self._try(getattr(recorder, method), *arguments)
         for recorder in self._recorders:
             self._try(recorder.end, even_after_fault=True)
 

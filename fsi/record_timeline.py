@@ -172,7 +172,7 @@ class TimelineRecorder:
         series = describe(name, shape, self._rotary)
         lines = [column or name.replace("_", " ") for column in column_names(series, shape, self._names)]
         first = ENERGIES.index(name) if name in ENERGIES else 0  # those share a plot
-        colours = [LINES[(first + n) % len(LINES)] for n in range(len(lines))]
+        colours = np.array([LINES[(first + n) % len(LINES)] for n in range(len(lines))], np.uint32)
         self._stream.log(f"series/{name}", rr.SeriesLines(names=lines, colors=colours), static=True)
 
     def _write_poses(self, names: list[str], pose: str, frames: list[Frame], times: list) -> None:

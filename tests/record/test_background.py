@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from stand_in import event, frame
 
+from fsi import record
 from fsi.errors import RunError
 from fsi.record import QUEUE_LENGTH, Background
 
@@ -54,7 +55,8 @@ def test_frames_are_copies_in_order(scene):
     np.testing.assert_array_equal(particles.position, frame(3).position.astype(np.float32))
 
 
-def test_run_waits_for_a_slow_writer(scene):
+def test_run_waits_for_a_slow_writer(scene, monkeypatch):
+    monkeypatch.setattr(record, "BATCH", 1)
     memory = Memory()
     recorder = Background([memory])
     recorder.begin(scene, None)
