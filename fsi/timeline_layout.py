@@ -16,8 +16,8 @@ rr = require("rerun", "viewer", "output.timeline = true")
 rrb = require("rerun.blueprint", "viewer", "output.timeline = true")
 
 WIDE = 3.0  # length over height of a two-dimensional tank, above which it stands over the plots, not beside them
-VIEW = 0.77  # distance of the eye, in heights of what it sees
-PANE = 4.4  # width over height of the pane of a wide tank
+VIEW = 0.95  # distance of the eye, in heights of what it sees
+PANE = {True: 4.4, False: 0.9}  # width over height of the pane of the tank, where that is wide or not
 FIRST_CATEGORY = 256  # class of the first category; those below it are the steps of the colour map
 BAR = 512  # length of the legend's colour bar, in its own units
 CELLS = (  # one plot in view each, the others behind it in tabs; left out where the scene has none of its things
@@ -32,7 +32,7 @@ CELLS = (  # one plot in view each, the others behind it in tabs; left out where
     ("time_step", "max_speed", "pressure_residual"),
 )
 ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
-MOST_CELLS = 7
+MOST_CELLS = 8
 
 
 def blueprint(scene: Scene, names: dict[str, list[str]], unit: Callable[[str], str], live: bool):
@@ -51,8 +51,11 @@ def blueprint(scene: Scene, names: dict[str, list[str]], unit: Callable[[str], s
         origin="events",
         columns=rrb.TextLogColumns(timeline_columns=["sim_time"], text_log_columns=["loglevel", "body"]),
     )
-    plots = rrb.Grid(*cells[:MOST_CELLS], events, grid_columns=3 if wide else 2)
-    panes = rrb.Vertical(world, plots, row_shares=[2, 3]) if wide else rrb.Horizontal(world, plots)
+    plots = rrb.Grid(*cells[:MOST_CELLS], grid_columns=4 if wide else 2)
+    if wide:
+        panes = rrb.Vertical(world, plots, events, row_shares=[5, 5, 2])
+    else:
+        panes = rrb.Horizontal(world, rrb.Vertical(plots, events, row_shares=[4, 1]))
     play = {"play_state": "following"} if live else {"play_state": "playing", "loop_mode": "all"}
     return rrb.Blueprint(panes, rrb.TimePanel(timeline="sim_time", state="collapsed", **play), collapse_panels=True)
 
@@ -63,7 +66,7 @@ def _world(scene: Scene, field: str, low: np.ndarray, high: np.ndarray, wide: bo
 
     centre, size = (low + high) / 2, high - low
     if scene.dimension == 2:  # as near as shows all of it, in a pane of about the shape that the layout gives it
-        away = np.array([0.0, -VIEW * max(1.1 * size[0] / (PANE if wide else 1.0), 1.2 * size[2]), 0.0])
+        away = np.array([0.0, -VIEW * max(1.1 * size[0] / PANE[wide], 1.2 * size[2]), 0.0])
     else:
         away = 0.9 * np.linalg.norm(size) * np.array([-0.5, -0.8, 0.45])
     eye = rrb.EyeControls3D(position=centre + away, look_target=centre, eye_up=(0, 0, 1))
@@ -78,7 +81,7 @@ def _world(scene: Scene, field: str, low: np.ndarray, high: np.ndarray, wide: bo
         name=f"{field} legend",
         origin=f"legend/{field}",
         titlebar=False,
-        visual_bounds=rrb.VisualBounds2D(x_range=[-0.35 * BAR, 1.35 * BAR], y_range=[-14, 46]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[-0.35 * BAR, 1.35 * BAR], y_range=[-14, 60]),
     )
     return rrb.Vertical(view, legend, row_shares=[4, 1] if wide else [8, 1], name=titled(field, FIELDS[field].units))
 
@@ -136,6 +139,6 @@ def log_legend(stream, scene: Scene, field: str, note: str) -> None:
         places, top = np.array([0.0, 0.5, 1.0]) * BAR, facts.top(scene)
         labels = [f"{share * top:.4g} {facts.units}" for share in (0.0, 0.5, 1.0)]
     text = [*labels, field.replace("_", " "), *([note] if note else [])]
-    points = [*((x, 20) for x in places), (-0.16 * BAR, 4), *([(1.24 * BAR, 4)] if note else [])]
+    points = [*((x, 20) for x in places), (-0.16 * BAR, 4), *([(0.5 * BAR, 40)] if note else [])]
     ghost = {"radii": [0.01], "colors": [0x707070FF], "show_labels": True}
     stream.log(f"{path}/labels", rr.Points2D(points, labels=text, **ghost), static=True)
