@@ -52,7 +52,9 @@ class TimelineRecorder:
         self._stream = rr.RecordingStream("spindrift", send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
-        layout = blueprint(scene, self._names, self._unit, self._live is not None)
+        scale = self._weight / (ARROW * self._depth)
+        note = f"; red arrow: force of the fluid, 1 m = {scale:.4g} N" if self._weight else ""
+        layout = blueprint(scene, self._names, self._unit, note, self._live is not None)
         sinks = [rr.FileSink(self._path), *([rr.GrpcSink(self._live)] if self._live else [])]
         self._stream.set_sinks(*sinks, default_blueprint=layout)
         self._log_fixed(bodies)
@@ -136,9 +138,8 @@ class TimelineRecorder:
             )
             place = ["world", "bodies", visual.body] if visual.body else ["world", "fixed"]
             log(rr.new_entity_path([*place, visual.name]), mesh, static=True)
-        scale = f"red arrow: fluid force, 1 m = {self._weight / (ARROW * self._depth):.4g} N" if self._weight else ""
         for field in scene.output.fields:
-            log_legend(self._stream, scene, field, scale)
+            log_legend(self._stream, scene, field)
 
     def _write_series(self) -> None:
         """Send the buffered frames, one call for each entity."""

@@ -35,13 +35,13 @@ ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work"
 MOST_CELLS = 8
 
 
-def blueprint(scene: Scene, names: dict[str, list[str]], unit: Callable[[str], str], live: bool):
-    """The layout for a scene: `names` along each dimension of the series, `unit` of a series; a live view follows the
-    newest data, another one plays in a loop."""
+def blueprint(scene: Scene, names: dict[str, list[str]], unit: Callable[[str], str], note: str, live: bool):
+    """The layout for a scene: `names` along each dimension of the series, `unit` of a series, a `note` over the tank. A
+    live view follows the newest data, another one plays in a loop."""
     low, high = spatial(np.array([scene.tank.min, scene.tank.max]))
     size = high - low
     wide = scene.dimension == 2 and size[0] > WIDE * size[2]
-    world = [_world(scene, field, low, high, wide) for field in scene.output.fields]
+    world = [_world(scene, field, note, low, high, wide) for field in scene.output.fields]
     world = rrb.Tabs(*world) if len(world) > 1 else world[0]
     cells = [cell for titles in CELLS if (cell := _cell(titles, names, unit))]
     if names.get("joint"):  # the bodies' motion can be told from their joints
@@ -60,7 +60,7 @@ def blueprint(scene: Scene, names: dict[str, list[str]], unit: Callable[[str], s
     return rrb.Blueprint(panes, rrb.TimePanel(timeline="sim_time", state="collapsed", **play), collapse_panels=True)
 
 
-def _world(scene: Scene, field: str, low: np.ndarray, high: np.ndarray, wide: bool):
+def _world(scene: Scene, field: str, note: str, low: np.ndarray, high: np.ndarray, wide: bool):
     """The tank with its particles coloured by a field, over the legend of it."""
     from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
 
@@ -76,12 +76,12 @@ def _world(scene: Scene, field: str, low: np.ndarray, high: np.ndarray, wide: bo
             "Points3D:class_ids", ComponentSourceKind.SourceComponent, source_component=field
         )
         other = {"overrides": {"world/fluid": rr.Points3D.from_fields().visualizer(mappings=[mapping])}}
-    view = rrb.Spatial3DView(name=scene.name, origin="world", eye_controls=eye, line_grid=False, **other)
+    view = rrb.Spatial3DView(name=f"{scene.name}{note}", origin="world", eye_controls=eye, line_grid=False, **other)
     legend = rrb.Spatial2DView(
         name=f"{field} legend",
         origin=f"legend/{field}",
         titlebar=False,
-        visual_bounds=rrb.VisualBounds2D(x_range=[-0.35 * BAR, 1.35 * BAR], y_range=[-14, 60]),
+        visual_bounds=rrb.VisualBounds2D(x_range=[-0.35 * BAR, 1.35 * BAR], y_range=[-14, 46]),
     )
     return rrb.Vertical(view, legend, row_shares=[4, 1] if wide else [8, 1], name=titled(field, FIELDS[field].units))
 
@@ -123,9 +123,8 @@ def class_of(field: str, level: np.ndarray) -> np.ndarray:
     return level.astype(np.uint16)
 
 
-def log_legend(stream, scene: Scene, field: str, note: str) -> None:
-    """The legend of a field under `legend/FIELD`: a colour bar with three figures, or a patch for each category; and a
-    note beside it."""
+def log_legend(stream, scene: Scene, field: str) -> None:
+    """The legend of a field under `legend/FIELD`: a colour bar with three figures, or a patch for each category."""
     path, facts = f"legend/{field}", FIELDS[field]
     if facts.names:
         found = facts.names(scene)
@@ -138,7 +137,6 @@ def log_legend(stream, scene: Scene, field: str, note: str) -> None:
         stream.log(f"{path}/bar", rr.Image(bar), static=True)
         places, top = np.array([0.0, 0.5, 1.0]) * BAR, facts.top(scene)
         labels = [f"{share * top:.4g} {facts.units}" for share in (0.0, 0.5, 1.0)]
-    text = [*labels, field.replace("_", " "), *([note] if note else [])]
-    points = [*((x, 20) for x in places), (-0.16 * BAR, 4), *([(0.5 * BAR, 40)] if note else [])]
+    text, points = [*labels, field.replace("_", " ")], [*((x, 20) for x in places), (-0.16 * BAR, 4)]
     ghost = {"radii": [0.01], "colors": [0x707070FF], "show_labels": True}
     stream.log(f"{path}/labels", rr.Points2D(points, labels=text, **ghost), static=True)
