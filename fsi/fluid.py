@@ -270,7 +270,8 @@ class Fluid:
             self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
         self._relax(self.weights[1:], self.scene.numerics.pressure_tolerance if self._solves else None)
         if self.scene.closed:
-            self._field[: self.count, self.dim] -= self._field[: self.count, self.dim][self.label >= 0].mean()
+            p = self._field[: self.count, self.dim]
+            p -= p[self.label >= 0].min() if self.scene.gravity > 0 else p[self.label >= 0].mean()
         self._extrapolate(self._field)
         return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
 
@@ -449,5 +450,5 @@ class Fluid:
         """Memory of all particle arrays [B]."""
         arrays = [a for a in vars(self).values() if isinstance(a, np.ndarray)] + self._echoes
         arrays = {id(a): a for a in (*arrays, *self._spare.values()) if a.base is None or a.base.base is None}.values()
-        own = sum(a.nbytes for a in arrays)
+        own = sum(a.nbytes for a in arrays) + (self.rheology.nbytes if self.rheology else 0)
         return own + sum(p.nbytes for p in (self._sort, self._boundary_sort, self._near, self._boundary_near))

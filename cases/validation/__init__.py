@@ -26,7 +26,7 @@ MODULES = {
     "taylor_green": ("taylor_green",),
     "poiseuille": ("poiseuille",),
     "bingham": ("bingham_channel",),
-    "layers": ("two_layers", "water_and_air"),
+    "layers": ("two_layers", "layers_100", "water_and_air"),
     "channels": ("two_liquids_channel", "implicit_viscosity", "eddy_viscosity"),
     "tall_column": ("tall_column",),
     "short_box": ("short_box",),

@@ -61,7 +61,7 @@ def layered_scene(lower: float, upper: float, **numerics):
         block = {"min": [0.0, -DEPTH], "max": [length, -0.5 * DEPTH]}
         return {
             "duration": 4.0,
-            "tank": {"min": [0.0, -DEPTH], "max": [length, 0.25 * DEPTH]},
+            "tank": {"min": [0.0, -DEPTH], "max": [length, 0.1 * DEPTH], "walls": ["x-", "x+", "z-", "z+"]},
             "fluid": {"density": upper},
             "liquids": {"lower": {"density": lower, "blocks": [block]}},
             "numerics": numerics,
@@ -80,6 +80,11 @@ CASES = {
             "two_layers", "Two liquids at rest, the lower one of twice the density, 4 s",
             "Exact: hydrostatic pressure of both layers, no motion, no mixing.",
             SPACING, layered_scene(2000.0, 1000.0), Layers, TARGET,
+        ),
+        Case(
+            "layers_100", "Water under a liquid of 10 kg/m3 at rest, 4 s",
+            "Exact: hydrostatic pressure of both layers, no motion, no mixing; density ratio 100.",
+            SPACING, layered_scene(1000.0, 10.0), Layers, TARGET,
         ),
         Case(
             "water_and_air", "Water under a gas of 1.2 kg/m3 at rest, 4 s",

@@ -110,6 +110,21 @@ def layers(lower: float, upper: float, spacing=0.02, duration=1.0, **numerics) -
     )
 
 
+@pytest.mark.parametrize("lower", [1000.0, 2000.0])
+def test_a_full_tank_under_gravity_stays_at_rest(lower):
+    """Its pressure is measured from the smallest: from the mean, half of it would be tension, which tears particles apart."""
+    data = layers(lower, 1000.0).scene.model_dump(exclude_none=True)
+    data["tank"] = {"min": [0, -0.4], "max": [0.4, 0.0], "walls": ["x-", "x+", "z-", "z+"]}
+    sim = Simulation(Scene.model_validate(data), threads=1)
+    sim.run()
+    z, p = sim.fluid.position[:, 1], sim.fluid.pressure_values
+    exact = layered_pressure(z, lower, 1000.0)
+    error = p - p.mean() - exact + exact.mean()
+    assert np.sqrt((error**2).mean()) < 0.005 * exact.max()
+    assert np.sqrt((sim.fluid.velocity**2).sum(1).mean()) < 0.01 * np.sqrt(9.81 * 0.4)
+    assert ((sim.fluid.liquid[sim.fluid.label] == 1) == (z < -0.2)).all()
+
+
 def layered_pressure(z, lower, upper):
     return 9.81 * (upper * np.minimum(-z, 0.2) + lower * np.maximum(-z - 0.2, 0.0))
 
