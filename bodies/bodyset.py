@@ -83,6 +83,10 @@ class BodySet:
         """Substeps so far in which the added inertia did not settle to the coupler's tolerance."""
         return self._stepper.unsettled
 
+    def penetration(self) -> tuple[dict[str, float], float]:
+        """How far each limited joint went beyond its range [m, rad], and the deepest contact [m], so far."""
+        return self._stepper.penetration.limits(), self._stepper.penetration.depth
+
     def solids(self) -> list[tuple[int, Placed]]:
         """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
         return list(self._solids)

@@ -31,6 +31,16 @@ class Penetration:
             self.state[-3:] = depth, *data.contact.geom[data.contact.dist.argmin()]
 
     @property
+    def depth(self) -> float:
+        """Of the deepest contact [m]."""
+        return float(self.state[-3])
+
+    def limits(self) -> dict[str, float]:
+        """Excess over the range of each limited joint [m, rad]."""
+        names = (mujoco.mj_id2name(self._model, JOINT, int(joint)) for joint in self._joints)
+        return dict(zip(names, self.state[:-3].tolist(), strict=True))
+
+    @property
     def notes(self) -> tuple[str, ...]:
         lines = []
         for joint, beyond in zip(self._joints, self.state[:-3], strict=True):

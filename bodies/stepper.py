@@ -74,6 +74,7 @@ class Stepper:
             armature, force = self._stiff.implicit(dt / substeps, data, np.diag(own + added))
             self._carry(np.diag(added) + armature)
             self._substep(added, a0, force)
+            self.penetration.watch(data)
         data.xfrc_applied[bodies] = 0.0
         data.qfrc_applied[:] = 0.0
         if self.ptos.any:

@@ -26,6 +26,11 @@ class Glue:
         arm = self._in_space(fluid.position[self._first :], motion.position[self._body]) - motion.position[self._body]
         self._local = np.einsum("nij,ni->nj", motion.rotation[self._body], arm)
 
+    @property
+    def mass(self) -> float:
+        """Of all glued particles [kg]."""
+        return len(self._body) * float(self._fluid.k.mass)
+
     def hold(self, sums: np.ndarray, impulse: np.ndarray) -> None:
         """Put the particles back after a step; takes their change of momentum and of energy out of the `sums` over the
         fluid and adds its opposite to the `impulse` (owners, 6)."""

@@ -47,6 +47,12 @@ MODULES = {
     "coupling.stability": ("stability_heave", "stability_flap", "stability_box", "stability_raft"),
     "coupling.added_mass": ("added_mass_annulus", "added_mass_shaken", "added_mass_sphere"),
     "wedge_entry": ("wedge_entry",),
+    "coupling.stiff": ("stiff_mechanisms",),
+    "coupling.slams": ("drops_box", "drops_wedge", "plate_slap"),
+    "coupling.several": ("float_chain", "mooring", "collision", "light_and_heavy"),
+    "coupling.edges": ("zero_gravity", "free_flight", "leave_and_return", "pinned"),
+    "coupling.long_run": ("flap_200_periods",),
+    "coupling.slide": ("slide_contact", "slide_glued"),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)
 
