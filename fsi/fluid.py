@@ -10,7 +10,7 @@ import numpy as np
 from fsi import boundary, corrector, sweeps
 from fsi.cells import CellSort, Grid, whole
 from fsi.lanes import width
-from fsi.layout import Layout
+from fsi.layout import FIRST_BODY, Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import iteration, solution
@@ -82,6 +82,7 @@ class Fluid:
             L, D, guarded, len(self.zones) > 0, shifted, dense, shifted and surface
         )
         self._no_slip = laminar and numerics.wall_slip == "no_slip"
+        self._stiff = implicit and self._no_slip and self.owners > FIRST_BODY
         self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None
         self._viscous = laminar or numerics.artificial_viscosity > 0
         self._weights = boundary.make_weights(L, D, self._no_slip, dense)
@@ -273,7 +274,22 @@ class Fluid:
             p = self._field[: self.count, self.dim]
             p -= p[self.label >= 0].min() if self.scene.gravity > 0 else p[self.label >= 0].mean()
         self._extrapolate(self._field)
-        return self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
+        wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
+        return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
+
+    def _grasp(self, accelerations: np.ndarray) -> np.ndarray:
+        """Change (m, owners, 6) of the viscous wrench over the step by accelerations (m, owners, 6): implicit viscosity is
+        stiff for bodies too, so that their drag counts with the velocity at the end of the step."""
+        b, axes = self._solids, [0, 2] if self.dim == 2 else [0, 1, 2]
+        owner, arm = self._sorted_owner[:b], np.zeros((b, 3))
+        arm[:, axes] = self._sorted_boundary[:b] - self._plane(self._centre)[owner]
+        shore = self._boundary_near
+        grip = self.rheology.grip(shore, self._flow, self.count, b, self.k)
+        wrenches = np.zeros((len(accelerations), self.owners, 6))
+        for a, total in zip(accelerations[:, owner], wrenches, strict=True):
+            along = (a[:, :3] + np.cross(a[:, 3:], arm))[:, axes]
+            self._add_wrenches(-self.dt * grip[:, None] * along, total, least=FIRST_BODY)
+        return wrenches
 
     def _relax(self, weights, tolerance: float | None) -> None:
         """Sweeps with these weights, until one changes the pressure by less than tolerance times its maximum."""
@@ -333,7 +349,10 @@ class Fluid:
             field, twin = twin, field
             low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
             self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
-        return np.ascontiguousarray(field[:n, P : P + m].T), self._wrenches(field, m)
+        wrenches = self._wrenches(field, m)
+        return np.ascontiguousarray(field[:n, P : P + m].T), wrenches + self._grasp(
+            accelerations
+        ) if self._stiff else wrenches
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""

@@ -102,7 +102,7 @@ class Rheology:
         self._viscosity = viscous.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
         self._mirror = viscous.make_mirror(lanes, dim) if implicit and self.no_slip else None
         self._push = viscous.make_push(lanes, dim, dense) if implicit else None
-        self.drag = viscous.make_drag(lanes, dim)
+        self.drag, self._grip = viscous.make_drag(lanes, dim), viscous.make_grip(lanes, dim)
         self._nothing = np.empty((0, dim), dtype)
         self._twin = np.empty((0, self.columns), dtype)
 
@@ -155,6 +155,12 @@ class Rheology:
         velocity += change - dt * push
         self._twin = new
         return now
+
+    def grip(self, shore, flow, first: int, b: int, k) -> np.ndarray:
+        """Growth (b,) [N s/m] of the viscous force on each boundary particle with its velocity."""
+        grip = np.zeros(b)
+        self.team.run(self._grip, shore.bounds, shore.groups, first, flow, grip, k)
+        return grip
 
     def _reflect(self, shore, flow, first, walls, k) -> None:
         if self._mirror and shore is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from fsi.compiled import kernel as compiled
-from fsi.lanes import at, claim, component, dot, other, other_vector, own, own_vector, store, zero_vector
+from fsi.lanes import at, claim, component, dot, other, other_vector, own, own_vector, store, zero, zero_vector
 from fsi.terms import (
     closeness,
     interface_gradient,
@@ -281,3 +281,36 @@ def make_drag(lanes: int, dim: int):
                         force[i - first, d] = -k.mass * k.stress_factor * t_[d * L + i - s]
 
     return drag
+
+
+@cache
+def make_grip(lanes: int, dim: int):
+    """How much the viscous force on each boundary particle grows with its velocity, into `grip` (b,) [N s/m], for mirrored
+    velocities and a fluid that stays as it is."""
+    L, DIM = lanes, dim
+    MU = 2 * dim
+
+    @compiled(lanes, dim)
+    def hold(counter, bounds, groups, first, flow, grip, k):
+        offset, count, group, span, list_offset, lst = groups
+        t_ = np.empty(L, flow.dtype)
+        while True:
+            c = claim(counter)
+            if c >= bounds.size - 1:
+                break
+            base = list_offset[c]
+            for g in range(offset[c], offset[c] + count[c]):
+                s, e = group[g], group[g + 1]
+                x_i = own_vector(flow, s, 0, L, DIM)
+                total = zero(flow, L)
+                for n in range(base + span[g, 0], base + span[g, 1]):
+                    j = at(lst, n)
+                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
+                    r2 = dot(x_ij, x_ij)
+                    a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+                    total = total + a * other(flow, j, MU, L)
+                store(t_, 0, total)
+                for i in range(s, e):
+                    grip[i - first] = 2.0 * k.mass * k.stress_factor * t_[i - s]
+
+    return hold
