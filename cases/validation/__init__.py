@@ -28,8 +28,8 @@ MODULES = {
     "bingham": ("bingham_channel",),
     "layers": ("two_layers", "layers_100", "water_and_air"),
     "channels": ("two_liquids_channel", "implicit_viscosity", "eddy_viscosity"),
-    "tall_column": ("tall_column",),
-    "short_box": ("short_box",),
+    "tall_column": ("column_tall",),
+    "short_box": ("box_short",),
     "frames": ("moving_frame", "turned_frame", "mirror"),
     "stability": ("stability",),
     "violent": (
@@ -53,6 +53,13 @@ MODULES = {
     "coupling.edges": ("zero_gravity", "free_flight", "leave_and_return", "pinned"),
     "coupling.long_run": ("flap_200_periods",),
     "coupling.slide": ("slide_contact", "slide_glued"),
+    "scott_russell": ("scott_russell",),
+    "slide_submarine": ("slide_submarine",),
+    "rigid_slide": ("slide_channel", "slide_basin"),
+    "deck": ("deck_overtopping", "deck_waves"),
+    "spars": ("spar", "spar_heave", "spar_free"),
+    "owsc": ("owsc", "owsc_2d", "owsc_2d_surface"),
+    "plain_tanks": ("tank_still", "column_collapse", "dam_tank"),
 }
 NAMES = tuple(name for names in MODULES.values() for name in names)
 

@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from cases.validation.case import Case, Measure
+from cases.validation.scenes import builder, spacings
 from fsi.simulation import Simulation
 
 WIDTH = 0.05715  # a [m]
@@ -63,12 +64,7 @@ def _inviscid(spacing: float, folder) -> dict:
     return _scene(spacing, folder) | {"numerics": {"viscosity": "none"}}
 
 
-def _scene(spacing: float, folder) -> dict:
-    return {
-        "duration": 6.9 / math.sqrt(2 * 9.81 / WIDTH),
-        "tank": {"min": [0.0, 0.0], "max": [14 * WIDTH, 3 * WIDTH]},
-        "fluid": {"start": "converged", "blocks": [{"min": [0.0, 0.0], "max": [WIDTH, 2 * WIDTH]}]},
-    }
+_scene = builder("dam_front")
 
 
 CASES = {
@@ -77,7 +73,7 @@ CASES = {
         "Front of a collapsing column on a dry bed, 57 mm wide and 114 mm high",
         "Experiment: Martin & Moyce (1952). Front speed over Z > 2; curve: root mean square after the best shift in time,"
         " as a share of the distance covered; energies as shares of the one at the start; leaks of the particles.",
-        {"coarse": WIDTH / 20, "medium": WIDTH / 40, "paper": WIDTH / 80},
+        spacings("dam_front"),
         _scene,
         Front,
         {"front_speed": 0.1, "front_curve": 0.05, "energy_rise": 0.001, "energy_loss": 0.02, "leaks": 0.0},
@@ -87,7 +83,7 @@ CASES = {
         "The same column of a liquid without viscosity, to tell the scheme's losses from friction on the bed",
         "Exact: no loss of energy before an impact; energies as shares of the one at the start. The front is that of Martin"
         " & Moyce (1952), whose water had friction.",
-        {"coarse": WIDTH / 20, "medium": WIDTH / 40, "paper": WIDTH / 80},
+        spacings("dam_front"),
         _inviscid,
         Front,
         {"front_speed": 0.1, "front_curve": 0.05, "energy_rise": 0.001, "energy_loss": 0.02, "leaks": 0.0},

@@ -16,6 +16,7 @@ import numpy as np
 
 from cases.validation.case import Case, Measure
 from cases.validation.leaks import Leaks
+from cases.validation.scenes import builder, spacings
 from cases.validation.series import impulse, relative_rms
 from fsi.gauges import elevation, pressure_at
 from fsi.simulation import Simulation
@@ -112,28 +113,22 @@ def reservoir(spacing: float) -> tuple[float, float]:
 
 
 def _scene(spacing: float, folder: Path) -> dict:
-    import trimesh
-
-    trimesh.creation.box(bounds=BOX).export(folder / "box.stl")
     length, depth = reservoir(spacing)
-    return {
-        "dimension": 3,
-        "duration": float(TABLE[-1, 0]),
-        "tank": {"min": [0.0] * 3, "max": [LENGTH, WIDTH, HEIGHT], "bathymetry": str(folder / "box.stl")},
-        "fluid": {"start": "converged", "blocks": [{"min": [0.0] * 3, "max": [length, WIDTH, depth]}]},
-    }
+    data = builder("box_short")(spacing, folder)
+    data["fluid"]["blocks"] = [{"min": [0.0] * 3, "max": [length, WIDTH, depth]}]
+    return data
 
 
 TARGET = {"leaks": 0.0} | {f"p{n}_impulse": 0.1 for n in (1, 2, 3, 4)}
 TARGET |= {"h1_m": 0.05, "h2_m": 0.03, "h3_m": 0.05, "h4_m": 0.03} | {f"arrival_{name}_s": 0.03 for name in ARRIVAL}
 
 CASES = {
-    "short_box": Case(
-        "short_box",
+    "box_short": Case(
+        "box_short",
         "A dam break runs into a short box",
         "Experiment: Kleefsman et al. (2005). Impulses of P1 to P4 over 0.35 to 1.5 s; root mean square errors of the heights"
         " H1 to H4 over 6 s; arrival of the water at H3, H2 and H1.",
-        {"coarse": 0.04, "medium": 0.02, "paper": 0.01},
+        spacings("box_short"),
         _scene,
         BoxLoads,
         TARGET,

@@ -20,6 +20,7 @@ import numpy as np
 
 from cases.validation.case import Case, Measure
 from cases.validation.leaks import Leaks
+from cases.validation.scenes import builder, spacings
 from cases.validation.series import impulse, low_passed, relative_rms
 from fsi.kernel import value
 from fsi.layout import FIRST_BODY
@@ -41,17 +42,6 @@ SPEED = np.array([
     (0.0, 2.12), (0.05, 1.88), (0.10, 1.70), (0.20, 1.49), (0.30, 1.38), (0.40, 1.23), (0.50, 1.01), (0.60, 0.91),
     (0.85, 0.45), (1.00, 0.38),
 ])  # fmt: skip  # s from the bore's arrival, m/s
-
-MODEL = """<mujoco model="column">
-  <custom><tuple name="wet"><element objtype="geom" objname="column"/></tuple></custom>
-  <worldbody>
-    <body name="column" pos="{x} {y} {z}">
-      <joint name="surge" type="slide" axis="1 0 0"/>
-      <geom name="column" type="box" size="{half} {half} {z}" density="1000"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
 
 
 class ColumnLoads(Measure):
@@ -90,25 +80,18 @@ def _scene(spacing: float, folder: Path) -> dict:
     layer = math.floor(LAYER / spacing + 0.5 - 1e-9) * spacing
     if layer:
         blocks.append({"min": [RESERVOIR, 0.0, 0.0], "max": [LENGTH, WIDTH, layer]})
-    model = MODEL.format(x=COLUMN[0], y=COLUMN[1], z=0.5 * HEIGHT, half=0.5 * SIDE)
-    (folder / "column.xml").write_text(model, encoding="utf-8")
-    return {
-        "dimension": 3,
-        "duration": 1.5,
-        "tank": {"min": [0.0] * 3, "max": [LENGTH, WIDTH, HEIGHT]},
-        "fluid": {"start": "converged", "blocks": blocks},
-        "bodies": {"column": {"mjcf": str(folder / "column.xml")}},
-        "coupler": {"scheme": "prescribed", "motion": {"surge": {"amplitude": 0.0, "omega": 1.0}}},
-    }
+    data = builder("column_tall")(spacing, folder)
+    data["fluid"]["blocks"] = blocks
+    return data
 
 
 CASES = {
-    "tall_column": Case(
-        "tall_column",
+    "column_tall": Case(
+        "column_tall",
         "A dam break hits a tall square column",
         "Experiment: Yeh & Petroff in Raad & Bidoae (2005). Impulse of the force over 0.3 to 1.2 s, its peak as a mean over"
         " 20 ms, and the velocity of the bore ahead of the column (root mean square, share of 2.12 m/s).",
-        {"coarse": 0.02, "medium": 0.01, "paper": 0.005},
+        spacings("column_tall"),
         _scene,
         ColumnLoads,
         {"force_impulse": 0.05, "peak_force": 0.1, "bore_speed": 0.1, "peak_time_s": 0.02, "leaks": 0.0},

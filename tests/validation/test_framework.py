@@ -276,7 +276,7 @@ def test_a_wrong_choice_ends_with_code_2(arguments, message, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["still_water", "standing_wave", "elliptical_drop", "wavemaker_2", "tall_column"])
+@pytest.mark.parametrize("name", ["still_water", "standing_wave", "elliptical_drop", "wavemaker_2", "column_tall"])
 def test_cheap_cases_give_all_their_errors(name):
     found, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
     assert reason == ""
