@@ -21,7 +21,7 @@ from fsi.simulation import Simulation
 
 DEPTH, G = 0.24, 9.81
 PLACES = np.array([3.0, 5.0, 7.5, 10.0, 15.0])  # x/h
-CHANNEL = 0.1  # crest at x = 3.6 m in the channel at the coarse level [m], by this solver
+CHANNEL = 0.0525  # crest at x = 3.6 m in the channel at the coarse level [m], by this solver
 
 
 class Crests(Pictured):
