@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from fsi.errors import SceneError
 from fsi.extras import require
 
+END = b"RRF2FOOT"  # near the end of a recording that was closed
 FLUID, FIRST = "/world/fluid", "Points3D:class_ids"
 
 
@@ -32,20 +36,44 @@ def read_snapshots(recording: Path, times: Sequence[float]) -> list[Snapshot]:
     if not Path(recording).is_file():
         raise SceneError("no timeline", file=recording, fix="run the scene with output.timeline = true")
     nearest: dict[float, tuple[float, Snapshot]] = {}
-    try:
-        for chunk in rr.chunk.RrdReader(recording).stream():
-            if str(chunk.entity_path) != FLUID or chunk.is_static:
-                continue
-            batch = chunk.to_record_batch()
-            columns = dict(zip(batch.schema.names, batch.columns, strict=True))
+    with TemporaryDirectory() as folder:
+        for columns in _chunks(rr, Path(recording), Path(folder, "whole.rrd")):
             for row, stamp in enumerate(columns["sim_time"].cast("int64").to_numpy() * 1e-9):
                 closer = [t for t in times if t not in nearest or abs(stamp - t) < nearest[t][0]]
                 snapshot = _row(columns, row, float(stamp)) if closer else None
                 nearest |= {t: (abs(stamp - t), snapshot) for t in closer}
-    except (OSError, ValueError, RuntimeError) as fault:
-        raise SceneError(f"cannot be read: {fault}", file=recording, fix="run the scene again") from None
     found = {snapshot.time: snapshot for _, snapshot in nearest.values()}
     return [found[time] for time in sorted(found)]
+
+
+def _chunks(rr, recording: Path, mended: Path) -> Iterator[dict]:
+    """Columns of the recording's chunks of particles; what a killed run has written whole is put into `mended` first."""
+    if not _closed(recording):
+        merge = [
+            sys.executable,
+            "-m",
+            "rerun",
+            "rrd",
+            "merge",
+            "--continue-on-error",
+            str(recording),
+            "-o",
+            str(mended),
+        ]
+        subprocess.run(merge, capture_output=True)
+    try:
+        for chunk in rr.chunk.RrdReader(mended if mended.is_file() else recording).stream():
+            if str(chunk.entity_path) == FLUID and not chunk.is_static:
+                batch = chunk.to_record_batch()
+                yield dict(zip(batch.schema.names, batch.columns, strict=True))
+    except (OSError, ValueError, RuntimeError) as fault:
+        raise SceneError(f"cannot be read: {fault}", file=recording, fix="run the scene again") from None
+
+
+def _closed(recording: Path) -> bool:
+    with recording.open("rb") as file:
+        file.seek(max(0, recording.stat().st_size - 12))
+        return END in file.read()
 
 
 def _row(columns: dict, row: int, time: float) -> Snapshot:
