@@ -191,6 +191,10 @@ TARGETS = {
     "collision": {"contact_penetration_m": 0.01},
     "light_and_heavy": {"draft": 0.25},
 }
+REASONS = {
+    "collision": "Particles caught between the bodies when they meet have no room: a few (3 of 4600 at 2 cm) end up more than"
+    " half a spacing inside one of them.",
+}
 CASES = {
     name: Case(
         name,
@@ -200,6 +204,7 @@ CASES = {
         group.scene,
         lambda sim, group=group: Together(sim, group),
         {"energy_rise": 0.002, "fluid_in_bodies": 0.0, **TARGETS[name]},
+        reasons=REASONS.get(name, ""),
     )
     for name, group in GROUPS.items()
 }
