@@ -32,7 +32,8 @@ def _figure(outcome: Outcome, key: str, place: str) -> float:
 def best_row(data) -> dict | None:
     """The best point of a study: its parameters, objective and figures; None without an objective or a run that keeps
     the constraints."""
-    key = data.attrs.get("objective") or ("mean_power" if "mean_power" in data else "")
+    design = data.attrs["routine"] in ("", "damping_sweep")  # the points of other routines are seas, not designs
+    key = data.attrs.get("objective") or ("mean_power" if "mean_power" in data and design else "")
     if not key:
         return None
     frame, sign = table(data), int(data.attrs.get("sense", 1))

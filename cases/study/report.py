@@ -181,6 +181,7 @@ def _at(data, name: str, value) -> str:
 
 def _axis(panel, data, name: str, axis: str) -> None:
     values = np.unique(data[name].values.astype(float))
+    panel.locator_params(axis=axis, nbins=5)
     if values[0] > 0 and values[-1] / values[0] > 15:
         from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
