@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-_HOMES = {"sweep": "cases.study.sweep", "Study": "cases.study.plan", "Parameter": "cases.study.plan"}
+_HOMES = {"sweep": "cases.study.engine", "Study": "cases.study.plan", "Parameter": "cases.study.plan"}
 
 __all__ = list(_HOMES)
 

@@ -160,8 +160,8 @@ def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = 
 
 
 def sweep(study, **options):
-    """Run a parameter study (a file, or a `cases.Study`) and return its dataset; see `cases.study.sweep.sweep`."""
-    from cases.study.sweep import sweep as run_all
+    """Run a parameter study (a file, or a `cases.Study`) and return its dataset; see `cases.study.engine.sweep`."""
+    from cases.study.engine import sweep as run_all
 
     return run_all(study, **options)
 

@@ -9,7 +9,7 @@ _HOMES = {
     "Study": "plan",
     "Parameter": "plan",
     "load_study": "study_file",
-    "sweep": "sweep",
+    "sweep": "engine",
     "load_results": "results",
 }
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import fsi
 from cases.study.results import export, load_results, table
-from cases.study.sweep import sweep
+from cases.study.engine import sweep
 from cases.study.worker import read_facts
 from fsi.commands import app
 from fsi.errors import SceneError
@@ -162,7 +162,7 @@ def and_die(job):
     left[0] -= 1
     return run(job)
 worker._run = and_die
-from cases.study.sweep import sweep
+from cases.study.engine import sweep
 sweep("study.toml", workers=0, quiet=True)
 """
 
