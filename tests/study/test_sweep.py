@@ -16,8 +16,8 @@ import pytest
 from typer.testing import CliRunner
 
 import fsi
-from cases.study.results import export, load_results, table
 from cases.study.engine import sweep
+from cases.study.results import export, load_results, table
 from cases.study.worker import read_facts
 from fsi.commands import app
 from fsi.errors import SceneError
