@@ -244,7 +244,7 @@ class Numerics(Part):
         None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
     )
     wall_guard: NonNegative | None = (
-        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.7 in 2D, 1.0 in 3D
+        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.75 in 2D, 1.0 in 3D
     )
     mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
@@ -318,10 +318,10 @@ class Scene(Part):
 
     @property
     def wall_guard(self) -> float:
-        """Distance [spacing] to wall particles that a fluid particle keeps; 0 is off. In three dimensions spheres of 0.8
-        spacings leave holes between the particles of a wall that is no lattice."""
+        """Distance [spacing] to wall particles that a fluid particle keeps; 0 is off. Smaller spheres leave
+        holes between the particles of a wall that is no lattice: below 0.7 in two, 0.9 in three dimensions."""
         guard = self.numerics.wall_guard
-        return (0.7 if self.dimension == 2 else 1.0) if guard is None else guard
+        return (0.75 if self.dimension == 2 else 1.0) if guard is None else guard
 
     @property
     def layers(self) -> int:

@@ -59,3 +59,10 @@ def test_too_long_a_step_counts_as_unstable():
     scene = stability.tank(0.05, 1.0, "chebyshev6", viscous=False)
     assert stability.Trial(scene, stability.rule(scene)).stable
     assert not stability.Trial(scene, 8 * stability.rule(scene)).stable
+
+
+def test_water_stays_out_of_a_step():
+    """Its sides are sampled with gaps of up to 1.25 spacings: the worst wall found for the guard."""
+    found, reason = run_case(load("still_step"), "coarse", "chebyshev6", threads=1)
+    assert reason == ""
+    assert found.error["pressure_linf"] < 0.006 and found.error["pressure_l2"] < 0.003
