@@ -12,7 +12,7 @@ from fsi.simulation import Simulation
 
 # Parts by the names of the fluid's attributes; what is not named here belongs to the boundary alone.
 PARTS = {
-    "state": {"position", "velocity", "pressure_values", "label"},
+    "state": {"position", "velocity", "pressure_values", "label", "kept"},
     "spare, to sort into": {"spare"},
     "packed rows": {"flow", "trial", "field", "twin"},
     "positions for the search": {"xs"},

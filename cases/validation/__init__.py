@@ -80,7 +80,9 @@ def choose(patterns: tuple[str, ...] | list[str]) -> list[Case]:
     chosen = set()
     for pattern in patterns:
         groups = [names for module, names in MODULES.items() if f"{module}.".startswith(f"{pattern}.")]
-        found = sum(groups, ()) or [name for name in NAMES if fnmatchcase(name, pattern)]
+        found = (
+            [pattern] if pattern in NAMES else sum(groups, ()) or [name for name in NAMES if fnmatchcase(name, pattern)]
+        )
         if not found:
             raise SceneError(f"no validation case {pattern!r}", key="CASE", fix=f"known are {', '.join(NAMES)}")
         chosen.update(found)

@@ -18,7 +18,7 @@ def test_fluid_and_walls_fill_a_lattice_without_gaps_or_doubles(dimension):
     assert np.abs(cells + 0.5 - everything / 0.1).max() < 1e-9
     assert len(np.unique(cells, axis=0)) == len(cells)
     under = cells[cells[:, -1] < 0]  # up to the still water level the box with its walls is full
-    assert len(under) == (6 + 2 * 3) ** (dimension - 1) * (5 + 3)
+    assert len(under) == (6 + 2 * scene.layers) ** (dimension - 1) * (5 + scene.layers)
     assert len(layout.position) == 6 ** (dimension - 1) * 5
 
 
@@ -26,7 +26,7 @@ def test_the_bed_reaches_under_a_retreating_piston():
     scene = still_tank(spacing=0.02, length=3.0, waves={"wave_height": 0.1, "period": 1.5})
     layout = build(scene)
     paddle, walls = layout.boundary[layout.owner == PISTON], layout.boundary[layout.owner == WALL]
-    reach = layout.domain_min[0] + 3.01 * 0.02
+    reach = layout.domain_min[0] + (scene.layers + 0.01) * 0.02
     assert paddle[:, 1].min() > -0.5 and paddle[:, 0].max() < 0
     bed = walls[walls[:, 1] < -0.5]
     assert bed[:, 0].min() < reach - 2 * 0.02
@@ -60,11 +60,11 @@ def test_each_limit_of_the_time_step_binds():
     scene = still_tank(spacing=0.01, fluid={"kinematic_viscosity": 0.01}, numerics=numerics)
     limits = TimeStep(scene, depth=0.5)
     at_rest = limits.limits(0.0, 0.0)
-    assert at_rest["sound"] == pytest.approx(0.378 * 0.015 * 2 * 0.2 / np.sqrt(9.81 * 0.5), rel=1e-3)
-    assert at_rest["viscosity"] == pytest.approx(0.125 * 0.015**2 / 0.01)
+    assert at_rest["sound"] == pytest.approx(0.378 * 0.02 * 2 * 0.2 / np.sqrt(9.81 * 0.5), rel=1e-3)
+    assert at_rest["viscosity"] == pytest.approx(0.125 * 0.02**2 / 0.01)
     assert at_rest["speed"] == np.inf
-    assert limits.choose(10.0, 0.0) == pytest.approx(0.2 * 0.015 / 10)
-    assert limits.choose(0.0, 0.0) == pytest.approx(1.05 * 0.2 * 0.015 / 10)  # grows gently afterwards
+    assert limits.choose(10.0, 0.0) == pytest.approx(0.2 * 0.02 / 10)
+    assert limits.choose(0.0, 0.0) == pytest.approx(1.05 * 0.2 * 0.02 / 10)  # grows gently afterwards
 
 
 def test_the_last_steps_reach_the_end_without_a_sliver():
