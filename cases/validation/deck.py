@@ -28,15 +28,16 @@ DEPTH, G, EDGE, TOP = 0.65, 9.81, 8.0, 0.0525
 
 def linear_elevation(t: np.ndarray, way: np.ndarray, x: float) -> np.ndarray:
     """Elevation (n,) [m] at x [m] of the waves that a piston makes with the displacement `way` (n,) [m] at equal steps of
-    t (n,) [s]: the transform of the way times i H/S exp(-i k x). The record is doubled by zeros, against wrapping round."""
+    t (n,) [s]: the transform of its speed times H/S exp(-i k x) / omega. The speed begins and ends at rest, where the way may
+    end elsewhere; the record is doubled by zeros, against wrapping round."""
     n = len(t)
     omega = 2 * math.pi * np.fft.rfftfreq(2 * n, t[1] - t[0])
-    spectrum = np.fft.rfft(np.pad(way - way[-1], (0, n)))
+    spectrum = np.fft.rfft(np.pad(np.gradient(way, t), (0, n)))
     out = np.zeros(len(omega), complex)
     for i, w in enumerate(omega):
-        if 0.5 < w < 25.0:
+        if 0 < w < 25.0:
             k = wavenumber(w, DEPTH, G)
-            out[i] = 1j * spectrum[i] * piston_transfer(k * DEPTH) * np.exp(-1j * k * x)
+            out[i] = spectrum[i] * piston_transfer(k * DEPTH) * np.exp(-1j * k * x) / w
     return np.fft.irfft(out, 2 * n)[:n]
 
 

@@ -71,7 +71,8 @@ class Free(Pictured):
         errors = {"heave_period": _period(t, rows[:, 2]) / PERIOD - 1, "leaks": float(self.leaks)}
         if np.abs(rows[:, 3]).max() > 1e-9:
             errors["sway_m"] = float(np.abs(rows[:, 1]).max())
-            errors["tilt_growth"] = float(np.abs(rows[t > 0.5 * t[-1], 3]).max() / abs(rows[0, 3]) - 1)
+            late = np.abs(rows[t > 0.5 * t[-1], 3]).max()
+            errors["tilt_growth"] = max(0.0, float(late / abs(rows[0, 3]) - 1))
         return errors
 
     def charts(self) -> list[Chart]:
