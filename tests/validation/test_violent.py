@@ -27,7 +27,7 @@ def test_a_violent_flow_keeps_its_books(name):
 
 def test_a_run_that_breaks_says_so_and_leaves_a_readable_log(tmp_path):
     case = load("violent_columns")
-    scene = case.scene(0.08, tmp_path) | {"name": "broken", "spacing": 0.08, "numerics": {"fixed_time_step": 0.3}}
+    scene = case.scene(0.04, tmp_path) | {"name": "broken", "spacing": 0.04, "numerics": {"fixed_time_step": 0.15}}
     with pytest.raises(RunError, match="unstable at t = "):
         cli.run(fsi.Scene.model_validate(scene), out=tmp_path / "broken", quiet=True, threads=1)
     manifest = read_manifest(tmp_path / "broken")
