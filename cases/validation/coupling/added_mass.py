@@ -22,7 +22,7 @@ DENSITY = 1000.0
 CYLINDER, OUTER = 0.1, 0.2  # a, b [m]
 OMEGA, SWAY = 2 * math.pi, 0.004  # 1/s, m
 BALL, SHELL, RATIO = 0.1, 0.3, 0.5  # a, b [m], density ratio
-STEPS = 60
+STEPS, PATH = 60, 2.0  # steps, spacings
 
 
 def annulus_mass(a: float, b: float) -> float:
@@ -84,14 +84,19 @@ def released_scene(dimension: int):
     def scene(spacing: float, folder) -> dict:
         step = 0.2 * spacing
         mass = RATIO * DENSITY * (math.pi * CYLINDER**2 if dimension == 2 else 4 / 3 * math.pi * BALL**3)
-        pull = (mass + exact_mass(dimension)) * 2 * 2 * spacing / (STEPS * step) ** 2
+        pull = (mass + exact_mass(dimension)) * 2 * PATH * spacing / (STEPS * step) ** 2
         spring = f'<joint name="round" type="slide" axis="1 0 0" stiffness="1e-3" springref="{1e3 * pull:.9g}"/>'
         shape, size = ("cylinder", (CYLINDER, 0.5)) if dimension == 2 else ("sphere", (BALL,))
         text = models.body("round", (0, 0, 0), spring, shape, size, RATIO * DENSITY, along_y=dimension == 2)
         return _still_fluid(OUTER if dimension == 2 else SHELL, spacing, dimension, folder) | {
             "duration": STEPS * step,
             "bodies": models.write(folder, [text], gravity=0.0),
-            "numerics": {"viscosity": "none", "artificial_viscosity": 0.0, "fixed_time_step": step},
+            "numerics": {
+                "viscosity": "none",
+                "artificial_viscosity": 0.0,
+                "density_relaxation": 0.0,
+                "fixed_time_step": step,
+            },
         }
 
     return scene
