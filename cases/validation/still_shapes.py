@@ -12,6 +12,10 @@ from cases.validation.case import Case
 from cases.validation.still_water import DEPTH, FINE_2D, FINE_3D, REFERENCE, TARGET_2D, TARGET_3D, Stillness
 
 Profile = list[tuple[float, float]]
+SAMPLED = (
+    "the particles of a sampled wall stand up to 1.25 spacings apart, and water sinks into the gaps by a fifth of a spacing; at"
+    " a coarse spacing that shows in the volume."
+)
 
 
 def write_bed(profile: Profile, file: Path) -> None:
@@ -57,7 +61,7 @@ def water_over(profile: Profile) -> tuple[float, float]:
 def _case(name: str, title: str, profile: Profile) -> Case:
     ends = [(0.0, -DEPTH), *profile, (1.0, -DEPTH)]
     still = partial(Stillness, rest=water_over(ends))
-    return Case(name, title, REFERENCE, FINE_2D, bed_scene(profile), still, TARGET_2D)
+    return Case(name, title, REFERENCE, FINE_2D, bed_scene(profile), still, TARGET_2D, SAMPLED)
 
 
 SIDE, RISE_X, RISE_Y = 0.3, 0.8, 0.6  # of the basin in three dimensions [m], slopes of its planes
