@@ -15,7 +15,7 @@ from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import iteration, solution
 from fsi.rheology import Rheology, varies, viscid
-from fsi.rows import gather, pack_boundary, pack_fluid
+from fsi.rows import gather, pack_boundary, pack_echo, pack_fluid
 from fsi.scene import Scene
 from fsi.scheme import sweep_constants
 from fsi.threads import Team
@@ -326,11 +326,7 @@ class Fluid:
         if len(self._echoes) == 0 or self._echoes[0].shape[1] != P + m + dense:
             self._echoes = [np.zeros((len(self._field), P + m + dense), self.dtype) for _ in range(2)]
         field, twin = self._echoes
-        for rows in (field, twin):
-            rows[:n, :P] = self._field[:n, :P]
-            rows[:n, P:] = 0.0
-            if dense:
-                rows[:n, P + m] = self._field[:n, P + 1]
+        self.team.run(pack_echo, whole(n), self._field, P, m, field, twin)
         lift = np.zeros((self._solids, m), self.dtype)
         self._set_lift(accelerations, np.zeros_like(self._twist), np.zeros(P), lift)
         low, high = self._box_of(np.flatnonzero(np.abs(accelerations).max((0, 2)) > 0))
@@ -458,11 +454,12 @@ class Fluid:
     def _box_of(self, owners) -> tuple[np.ndarray, np.ndarray]:
         """The box around the boundary particles of these owners, relative to the grid; an empty one without any. It is a
         little larger, so that none of them is rounded out of it in single precision."""
-        points = self._sorted_boundary[: self._solids][np.isin(self._sorted_owner[: self._solids], owners)]
-        if len(points) == 0:
+        clouds = [cloud for owner in owners if len(cloud := self.boundary[self.of_owner(owner)])]
+        if not clouds:
             return np.full(self.dim, np.inf), np.full(self.dim, -np.inf)
+        low, high = np.min([c.min(0) for c in clouds], axis=0), np.max([c.max(0) for c in clouds], axis=0)
         slack = 0.1 * self.scene.spacing
-        return points.min(0) - self.grid.lower - slack, points.max(0) - self.grid.lower + slack
+        return low - self.grid.lower - slack, high - self.grid.lower + slack
 
     @property
     def nbytes(self) -> int:

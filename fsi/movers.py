@@ -56,7 +56,8 @@ class Movers:
             centre[FIRST_BODY:], twist[FIRST_BODY:] = motion.position, motion.velocity
             for b, local in enumerate(self._local):
                 arm = local @ motion.rotation[b].T
-                velocity = motion.velocity[b, :3] + np.cross(motion.velocity[b, 3:], arm)
+                x, y, z = motion.velocity[b, 3:]
+                velocity = motion.velocity[b, :3] + arm @ np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])  # omega x arm
                 position = motion.position[b] + arm
                 fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes])
         return Motion(centre, twist, others)
