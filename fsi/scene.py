@@ -238,7 +238,7 @@ class Numerics(Part):
     viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
     turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
-    artificial_viscosity: NonNegative = 0.01  # Monaghan's alpha
+    artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
     shifting: Annotated[float, Field(ge=0, le=0.7)] | None = (
         None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface

@@ -99,7 +99,7 @@ def test_a_run_that_another_process_is_at_is_waited_for(here):
 
 
 def test_an_interruption_ends_the_study_not_the_run_alone(here):
-    (here / "study.toml").write_text((here / "study.toml").read_text() + "[set]\nduration = 30.0\n")
+    (here / "study.toml").write_text((here / "study.toml").read_text() + "[set]\nduration = 600.0\n")
     interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
     interrupt.start()
     result = CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "0"])

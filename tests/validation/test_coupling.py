@@ -89,7 +89,7 @@ def test_the_default_scheme_holds_the_lightest_bodies(arrangement):
     fastest, updates, inertia = stability.run(arrangement, 0.02, 0.04)
     assert fastest < stability.LIMIT and updates == 1 and inertia > 5
     assert stability.run(arrangement, 0.02, 0.04, "lagged")[0] == math.inf
-    assert stability.run(arrangement, 0.02, 0.04, "fixed_point")[0] == pytest.approx(fastest, rel=0.3)
+    assert stability.run(arrangement, 0.02, 0.04, "fixed_point")[0] < stability.LIMIT
 
 
 def test_added_mass_in_an_annulus():
