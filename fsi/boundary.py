@@ -113,7 +113,7 @@ def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool 
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                if not everywhere and not touches(rows, s, e, low, high):
+                if not everywhere and not touches(rows, s, e, low, high, 1.0 / k.inverse_support):
                     continue
                 x_i = own_vector(rows, s, 0, L, DIM)
                 total = zero_vector(rows, L, M)

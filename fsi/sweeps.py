@@ -258,7 +258,7 @@ def make_echo(lanes: int, dim: int, columns: int, dense: bool):
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                if not touches(field, s, e, low, high):
+                if not touches(field, s, e, low, high, 1.0 / k.inverse_support):
                     continue
                 x_i = own_vector(field, s, 0, L, DIM)
                 pull = zero_vector(field, L, M)
@@ -285,8 +285,11 @@ def make_echo(lanes: int, dim: int, columns: int, dense: bool):
 
 
 @register_jitable
-def touches(field, s, e, low, high):
-    """True where one of the rows s to e lies in the box."""
+def touches(field, s, e, low, high, margin):
+    """True where one of the rows s to e lies in the box. They are in the order of cells, no longer than `margin` along x, so
+    that their ends tell most groups."""
+    if field[e - 1, 0] < low[0] - margin or field[s, 0] > high[0] + margin:
+        return False
     for i in range(s, e):
         inside = True
         for d in range(low.size):
