@@ -172,20 +172,21 @@ class Books:
 def quaternions(rotation: np.ndarray) -> np.ndarray:
     """Unit quaternions (b, 4) wxyz, w >= 0, of rotation matrices (b, 3, 3), by the branch with the largest divisor
     (Shepperd 1978)."""
-    out = np.empty((len(rotation), 4))
-    for b, r in enumerate(rotation):
-        trace = np.trace(r)
-        diagonal = np.array([trace, *np.diag(r)])
-        k = int(np.argmax(diagonal))
-        if k == 0:
-            q = np.array([1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
-        else:
-            i, j, m = k - 1, k % 3, (k + 1) % 3
-            q = np.empty(4)
-            q[0] = r[m, j] - r[j, m]
-            q[1 + i] = 1 + r[i, i] - r[j, j] - r[m, m]
-            q[1 + j] = r[j, i] + r[i, j]
-            q[1 + m] = r[m, i] + r[i, m]
-        q /= np.linalg.norm(q)
-        out[b] = q if q[0] >= 0 else -q
-    return out
+    return np.array([_quaternion(r.tolist()) for r in rotation]).reshape(-1, 4)
+
+
+def _quaternion(r: list[list[float]]) -> list[float]:
+    trace = r[0][0] + r[1][1] + r[2][2]
+    diagonal = (r[0][0], r[1][1], r[2][2])
+    if trace >= max(diagonal):
+        q = [1 + trace, r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]]
+    else:
+        i = diagonal.index(max(diagonal))
+        j, m = (i + 1) % 3, (i + 2) % 3
+        q = [0.0] * 4
+        q[0] = r[m][j] - r[j][m]
+        q[1 + i] = 1 + r[i][i] - r[j][j] - r[m][m]
+        q[1 + j] = r[j][i] + r[i][j]
+        q[1 + m] = r[m][i] + r[i][m]
+    norm = math.copysign(math.hypot(*q), q[0])
+    return [c / norm for c in q]

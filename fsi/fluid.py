@@ -15,7 +15,7 @@ from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import iteration, solution
 from fsi.rheology import Rheology, varies, viscid
-from fsi.rows import gather, pack_boundary, pack_echo, pack_fluid
+from fsi.rows import gather, largest_change, pack_boundary, pack_echo, pack_fluid
 from fsi.scene import Scene
 from fsi.scheme import sweep_constants
 from fsi.threads import Team
@@ -376,9 +376,8 @@ class Fluid:
         return self._change(self._twin if len(self.weights) > 1 else self._trial)
 
     def _change(self, last: np.ndarray) -> float:
-        n, P = self.count, self.dim
-        largest = float(np.abs(self._field[:n, P]).max(initial=0.0))
-        return float(np.abs(self._field[:n, P] - last[:n, P]).max(initial=0.0)) / largest if largest > 0 else 0.0
+        largest, change = largest_change(self._field, last, self.count, self.dim)
+        return change / largest if largest > 0 else 0.0
 
     def wrench(self, viscous: bool = False, walls: bool = False) -> np.ndarray:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""

@@ -13,16 +13,18 @@ FILLED = 0.5  # share of the kernel's support that is fluid at the free surface
 
 
 @njit(nogil=True, cache=True)
-def _near(position, point, reach, axes):
-    """Numbers of the particles within reach of the point, measured on its first `axes` axes only."""
-    found = []
+def _column(position, point, reach):
+    """Horizontal distance^2 and height (2, n) of the particles within reach of the vertical through the point."""
+    axes, count = position.shape[1] - 1, 0
+    found = np.empty((2, position.shape[0]))
     for i in range(position.shape[0]):
         r2 = 0.0
         for d in range(axes):
             r2 += (position[i, d] - point[d]) ** 2
         if r2 < reach * reach:
-            found.append(i)
-    return np.array(found, dtype=np.int64)
+            found[0, count], found[1, count] = r2, position[i, axes]
+            count += 1
+    return found[:, :count]
 
 
 @njit(nogil=True, cache=True)
@@ -37,33 +39,45 @@ def _filled(across2, heights, z, h, cell_over_h):
     return total * cell_over_h
 
 
-def elevation(position, point, spacing: float, h: float) -> float:
-    """Height z [m] of the free surface on the vertical through `point` (dim - 1,): the highest place where fluid fills
-    half of the kernel's support; the lowest particle's height where there is none, nan without fluid."""
-    dim = position.shape[1]
-    near = position[_near(position, point, 2 * h, dim - 1)]
-    if len(near) == 0:
+@njit(nogil=True, cache=True)
+def _surface(position, point, spacing, h, cell_over_h):
+    across2, heights = _column(position, point, 2 * h)
+    if heights.size == 0:
         return math.nan
-    across2, heights = ((near[:, :-1] - point) ** 2).sum(1), np.ascontiguousarray(near[:, -1])
-    scale = spacing**dim * float(value(0.0, h, dim))
     step, bottom = 0.5 * spacing, heights.min()
     low, above = heights.max() + 2 * h, 0.0
     while low > bottom:
         low -= step
-        here = _filled(across2, heights, low, h, scale)
+        here = _filled(across2, heights, low, h, cell_over_h)
         if here >= FILLED:
             return low + step * (here - FILLED) / (here - above)
         above = here
     return bottom
 
 
+def elevation(position, point, spacing: float, h: float) -> float:
+    """Height z [m] of the free surface on the vertical through `point` (dim - 1,): the highest place where fluid fills
+    half of the kernel's support; the lowest particle's height where there is none, nan without fluid."""
+    dim = position.shape[1]
+    return _surface(position, point, spacing, h, spacing**dim * float(value(0.0, h, dim)))
+
+
+@njit(nogil=True, cache=True)
+def _mean_pressure(position, pressure, point, h, rho_g):
+    last, total, sum_ = position.shape[1] - 1, 0.0, 0.0
+    for i in range(position.shape[0]):
+        r2 = 0.0
+        for d in range(last + 1):
+            r2 += (position[i, d] - point[d]) ** 2
+        if r2 < 4 * h * h:
+            t = 1 - 0.5 * math.sqrt(r2) / h
+            weight = t**4 * (5 - 4 * t)
+            total += weight
+            sum_ += weight * (pressure[i] + rho_g * (position[i, last] - point[last]))
+    return sum_ / total if total > 0 else 0.0
+
+
 def pressure_at(position, pressure, point, h: float, rho_g: float) -> float:
     """Pressure [Pa] at a point from the fluid within the kernel's support, its hydrostatic gradient included
     (Adami et al. 2012, eq. 27, for a wall at rest); 0 where there is no fluid."""
-    dim = position.shape[1]
-    near = _near(position, point, 2 * h, dim)
-    weight = value(np.sqrt(((position[near] - point) ** 2).sum(1)), h, dim)
-    total = weight.sum()
-    if total == 0:
-        return 0.0
-    return float((weight * (pressure[near] + rho_g * (position[near, -1] - point[-1]))).sum() / total)
+    return _mean_pressure(position, pressure, point, h, rho_g)

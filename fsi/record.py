@@ -63,7 +63,8 @@ class Background:
         self._thread.start()
 
     def series(self, frame: Frame) -> None:
-        self._batch.append(_copy(replace(frame, position=None, velocity=None, pressure=None, label=None)))
+        series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
+        self._batch.append(Frame(frame.time, frame.step, frame.wall_time, series))
         if len(self._batch) >= BATCH or clock.monotonic() - self._handed > BATCH_SECONDS:
             self._hand_over_batch()
 
@@ -126,12 +127,11 @@ def _run_error(fault: Exception) -> RunError:
 
 
 def _copy(frame: Frame) -> Frame:
-    """A frame of its own arrays; particles in single precision, as they are drawn only."""
+    """A frame with particles of its own, in single precision: they are drawn only."""
     single = {
         name: np.array(array, np.float32)
         for name in ("position", "velocity", "pressure")
         if (array := getattr(frame, name)) is not None
     }
-    series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
     fields = {name: np.array(values, np.float32) for name, values in frame.fields.items()}
-    return replace(frame, series=series, fields=fields, label=None, **single)
+    return replace(frame, fields=fields, label=None, **single)

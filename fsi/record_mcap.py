@@ -80,18 +80,18 @@ class McapRecorder:
         self._file.flush()
 
     def series(self, frame: Frame) -> None:
-        stamp = {"time": frame.time, "step": frame.step, "wall_time": frame.wall_time}
+        stamp = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time).SerializeToString()
         for name, value in frame.series.items():
             if any(name in pair for pair in POSES.values()) or np.size(value) == 0:
                 continue
             topic = f"/series/{name}"
             if topic not in self._channels:
                 self._open(topic, SeriesMessage, self._facts(name, np.shape(value)))
-            self._add(topic, SeriesMessage(values=np.ravel(value), **stamp), frame.time, frame.step)
+            self._add(topic, stamp + SeriesMessage(values=np.ravel(value).tolist()).SerializeToString(), frame.time, frame.step)
         if frame.series.keys() >= set(POSES["body"]):
             if "/tf" not in self._channels:
                 self._open("/tf", FrameTransforms, {kind: json.dumps(self._names[kind]) for kind in POSES})
-            self._add("/tf", self._poses(frame), frame.time, frame.step)
+            self._add("/tf", self._poses(frame).SerializeToString(), frame.time, frame.step)
         self._file.flush()
 
     def particles(self, frame: Frame) -> None:
@@ -110,7 +110,7 @@ class McapRecorder:
         message.pose.orientation.w = 1.0
         for n, name in enumerate(names):
             message.fields.add(name=name, offset=4 * n, type=PackedElementField.FLOAT32)
-        self._add("/particles", message, frame.time, frame.step)
+        self._add("/particles", message.SerializeToString(), frame.time, frame.step)
         self._file.flush()
 
     def event(self, event: Event) -> None:
@@ -119,7 +119,7 @@ class McapRecorder:
         number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[event.level.upper()].number
         message = LogMessage(level=number, message=event.text, name=self._scene_name)
         message.timestamp.FromNanoseconds(_nanoseconds(event.moment.time))
-        self._add("/events", message, event.moment.time, event.moment.step)
+        self._add("/events", message.SerializeToString(), event.moment.time, event.moment.step)
         self._file.flush()
 
     def end(self) -> None:
@@ -157,9 +157,9 @@ class McapRecorder:
         schema = self._schemas[name]
         self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, schema, facts)
 
-    def _add(self, topic: str, message, time: float, step: int) -> None:
+    def _add(self, topic: str, data: bytes, time: float, step: int) -> None:
         stamp = _nanoseconds(time)
-        self._writer.add_message(self._channels[topic], stamp, message.SerializeToString(), stamp, sequence=step)
+        self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
 
 
 def _nanoseconds(time: float) -> int:

@@ -20,6 +20,16 @@ def gather(counter, bounds, order, source, target):
 
 
 @njit(nogil=True, cache=True)
+def largest_change(rows, before, count, column):
+    """Largest magnitude in a column of the first `count` rows, and of its change from the same column `before`."""
+    largest = change = 0.0
+    for i in range(count):
+        largest = max(largest, abs(rows[i, column]))
+        change = max(change, abs(rows[i, column] - before[i, column]))
+    return largest, change
+
+
+@njit(nogil=True, cache=True)
 def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, trial, field, twin):
     """Fill the rows of particles that are in cell order."""
     dim = position.shape[1]
