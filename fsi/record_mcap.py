@@ -87,7 +87,8 @@ class McapRecorder:
             topic = f"/series/{name}"
             if topic not in self._channels:
                 self._open(topic, SeriesMessage, self._facts(name, np.shape(value)))
-            self._add(topic, stamp + SeriesMessage(values=np.ravel(value).tolist()).SerializeToString(), frame.time, frame.step)
+            values = SeriesMessage(values=np.ravel(value).tolist()).SerializeToString()
+            self._add(topic, stamp + values, frame.time, frame.step)  # protobuf joins the two
         if frame.series.keys() >= set(POSES["body"]):
             if "/tf" not in self._channels:
                 self._open("/tf", FrameTransforms, {kind: json.dumps(self._names[kind]) for kind in POSES})

@@ -52,7 +52,7 @@ def report(folder: str | Path) -> Path:
 
 
 def _summary(section: Section, scene: Scene, facts: dict) -> None:
-    machine, particles = facts["machine"], facts.get("particles", {})
+    machine, particles, threads = facts["machine"], facts.get("particles", {}), facts.get("threads", "?")
     status = facts["status"] + (f": {facts['reason']}" if facts["reason"] else "")
     section.facts(
         {
@@ -60,7 +60,7 @@ def _summary(section: Section, scene: Scene, facts: dict) -> None:
             **scene_facts(scene),
             "particles": ", ".join(f"{count:,} {kind}" for kind, count in particles.items()),
             "simulated": f"{facts.get('simulated_seconds', 0.0):.4g} s in {facts.get('steps', 0):,} steps",
-            "run time": f"{clock(facts.get('wall_seconds', 0.0))} on {facts.get('threads', '?')} threads",
+            "run time": f"{clock(facts.get('wall_seconds', 0.0))} on {threads} thread{'s' * (threads != 1)}",
             "machine": f"{machine['processor']}, {machine['cores']} cores",
             "started": facts["started"][:19].replace("T", " ") + " UTC",
             "versions": ", ".join(f"{name} {number}" for name, number in facts["versions"].items()),
@@ -191,6 +191,16 @@ def _books(section: Section, data, facts: dict) -> None:
         [
             "momentum residual, largest, as a share of the fluid's weight times the step",
             audit.get("momentum_residual"),
+            "1",
+        ],
+        [
+            "force on the bodies against what the fluid gave, largest difference, as a share of the largest",
+            audit.get("body_impulse_residual"),
+            "1",
+        ],
+        [
+            "work the fluid lost beyond what was exchanged and the sponge took, as a share",
+            audit.get("work_residual"),
             "1",
         ],
         ["energy at the start", audit.get("energy_at_start"), "J"],

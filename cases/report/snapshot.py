@@ -16,6 +16,7 @@ from fsi.scene import Scene
 from fsi.snapshots import read_snapshots
 
 SLICE = 1.5  # half the thickness in spacings of the slice that is drawn of a three-dimensional run
+WIDE = 3.0  # length over height of a tank, above which its panels stand one over the other
 BODY = "#9aa0a6"
 
 
@@ -26,7 +27,7 @@ def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene)
     if not shots:
         raise SceneError("the timeline has no particles", fix="run the scene with output.particles above 0")
     length, height = (scene.tank.max[i] - scene.tank.min[i] for i in (0, -1))
-    columns = 1 if length > 2.2 * height else 2
+    columns = 1 if length > WIDE * height else 2
     rows = math.ceil(len(shots) / columns)
     wide = charts.WIDTH / columns
     figure, panels = charts.canvas(rows, columns, height=min(0.86 * wide * height / length + 0.75, 6.0))
@@ -49,7 +50,7 @@ def _panel(panel, shot, scene: Scene, visuals, data) -> None:
         chosen = np.abs(position[:, 1] - middle) < SLICE * scene.spacing
         position, level = position[chosen], level[chosen]
     colours = np.concatenate([colour_map(), CATEGORIES])[level] / 255
-    size = np.full(len(position), 2.2 * shot.radius)
+    size = np.full(len(position), 2 * shot.radius)
     dots = EllipseCollection(
         size, size, np.zeros(len(size)), units="xy", offsets=position[:, [0, 2]], facecolors=colours, linewidths=0,
         transOffset=panel.transData,
@@ -82,7 +83,8 @@ def _legend(figure, panels, scene: Scene, field: str) -> None:
         return
     colours = ScalarMappable(Normalize(0, facts.top(scene)), ListedColormap(colour_map() / 255))
     label = f"{field.replace('_', ' ')} [{facts.units}]"
-    figure.colorbar(colours, ax=panels, label=label, shrink=0.9, aspect=25, pad=0.02)
+    rows = panels[0].get_subplotspec().get_gridspec().nrows
+    figure.colorbar(colours, ax=panels, label=label, shrink=min(0.9, 1.6 / rows), aspect=20, pad=0.02)
 
 
 def _visuals(scene: Scene) -> list:
