@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numba import njit
@@ -58,8 +59,13 @@ def _surface(position, point, spacing, h, cell_over_h):
 def elevation(position, point, spacing: float, h: float) -> float:
     """Height z [m] of the free surface on the vertical through `point` (dim - 1,): the highest place where fluid fills
     half of the kernel's support; the lowest particle's height where there is none, nan without fluid."""
-    dim = position.shape[1]
-    return _surface(position, point, spacing, h, spacing**dim * float(value(0.0, h, dim)))
+    return _surface(position, point, spacing, h, _peak(spacing, h, position.shape[1]))
+
+
+@cache
+def _peak(spacing: float, h: float, dim: int) -> float:
+    """V W(0): share of the support that a particle fills by itself."""
+    return spacing**dim * float(value(0.0, h, dim))
 
 
 @njit(nogil=True, cache=True)
