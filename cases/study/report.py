@@ -15,6 +15,7 @@ from fsi.errors import SceneError
 
 SHOWN = ("mean_power", "capture_width_ratio", "rao", "rao_phase", "motion_max", "joint_force_max", "force_max")
 DECAY = ("decay_period", "decay_linear", "decay_quadratic", "decay_ratio")
+TABLE = 5  # parameters and figures side by side in the table of runs, that a page holds
 CURVES = 3  # values of a second parameter that are curves in one panel; more are a surface
 
 
@@ -225,7 +226,7 @@ def _history(page: Page, data, frame) -> None:
         return
     name, sign = data.attrs["objective"], int(data.attrs["sense"])
     good = feasible(data, frame)
-    figure, (panel,) = charts.canvas(height=3.0)
+    figure, (panel,) = charts.canvas(height=4.2)
     trial = np.arange(1, len(frame) + 1)
     best = sign * np.maximum.accumulate(np.where(good, sign * frame[name], -np.inf))
     panel.plot(trial[good], frame[name][good], "o", label="keeps the constraints")
@@ -233,20 +234,21 @@ def _history(page: Page, data, frame) -> None:
         panel.plot(trial[~good], frame[name][~good], "x", color="0.5", label="breaks them")
     panel.step(trial, np.where(np.isfinite(best), best, np.nan), where="post", label="best so far", linewidth=1.4)
     panel.set(xlabel="trial", ylabel=label(data[name.partition(".")[0]]))
+    panel.xaxis.get_major_locator().set_params(integer=True)
     charts.legend(panel)
     page.section("Search").figure(figure, "Objective of every trial in the order of asking", name="search")
 
 
 def _runs(page: Page, data, frame) -> None:
     section = page.section("Runs")
-    columns = _columns(data, frame)[:6]
+    columns = _columns(data, frame)[: max(2, TABLE - len(names_in_order(data)))]
     units = frame.attrs["units"]
     heads = [*(f"{n} [{units[n]}]" for n in [*names_in_order(data), *columns]), "status", "run"]
     rows = []
     for _, row in frame.iterrows():
         values = [row[name] for name in [*names_in_order(data), *columns]]
         rows.append([*(_plain(v) for v in values), row["status"], row["run_hash"]])
-    section.table(heads, rows)
+    section.table(heads, rows, "All figures are in study.nc")
     failed = frame[frame["status"] != "done"]
     if len(failed):
         section.items([("error", f"{row['run_hash'] or 'not run'}: {row['reason']}") for _, row in failed.iterrows()])
