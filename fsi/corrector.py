@@ -21,6 +21,7 @@ SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 
 
 
 SPRAY = 0.55  # share of a full support, below which a particle near the surface is not shifted
+PASSES = 8  # of the wall guard at most; more than one where a particle lies in a pocket between wall particles
 PACE = 6.0  # shift along the surface: at most so much of the inner one for each smoothing length moved (Skillen et al. 2013)
 
 
@@ -36,7 +37,9 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
 
     The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
     impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part
-    first, moment about `centre` (owners, DIM). In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
+    first, moment about `centre` (owners, DIM). Where it is held by several at once, slowing it against one pushes it on
+    towards another, so the guard goes round them until all are kept off. The shift of a guarded particle, which carries no
+    momentum, is cut to what the same distances allow. In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
     of each of the zones (z, 4) [axis, start, end, rate]."""
     L, DIM = lanes, dim
     P, R, FULL = dim, dim + 1, 2 * dim + 2
@@ -47,20 +50,51 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     ):
         """Slow particle i against the wall particles of its list; returns whether it was slowed."""
         stopped = False
-        for n in range(near, far):
-            b = lst[n] - first
-            r2, approach = 0.0, 0.0
-            for d in range(DIM):
-                x = position[i, d] - boundary[b, d]
-                r2 += x * x
-                approach += x * (velocity[i, d] - boundary_velocity[b, d])
-            if r2 < k.guard2:
-                slowest = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2)) / dt  # to stay off by `guard`
-                if approach >= slowest:
-                    continue
-                stopped = True
-                take_moment(i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, mass, taken)
+        for _ in range(PASSES):
+            clear = True
+            for n in range(near, far):
+                b = lst[n] - first
+                r2, approach = 0.0, 0.0
+                for d in range(DIM):
+                    x = position[i, d] - boundary[b, d]
+                    r2 += x * x
+                    approach += x * (velocity[i, d] - boundary_velocity[b, d])
+                if r2 < k.guard2:
+                    slowest = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2)) / dt  # to stay off by `guard`
+                    if approach >= slowest:
+                        continue
+                    stopped, clear = True, False
+                    take_moment(
+                        i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, mass, taken
+                    )
+            if clear:
+                break
         return stopped
+
+    @helper(dim)
+    def cut(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, k, dt, shift):
+        """Cut the shift of particle i so that with it the particle still keeps off its wall particles;
+        to nothing where they leave no way."""
+        for _ in range(PASSES):
+            clear = True
+            for n in range(near, far):
+                b = lst[n] - first
+                r2, approach = 0.0, 0.0
+                for d in range(DIM):
+                    x = position[i, d] - boundary[b, d]
+                    r2 += x * x
+                    approach += x * (dt * (velocity[i, d] - boundary_velocity[b, d]) + shift[d])
+                if r2 < k.guard2:
+                    least = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2))
+                    if approach >= least:
+                        continue
+                    clear = False
+                    for d in range(DIM):
+                        shift[d] -= (approach - least) / r2 * (position[i, d] - boundary[b, d])
+            if clear:
+                return
+        for d in range(DIM):
+            shift[d] = 0.0
 
     @helper(dim)
     def take_moment(i, b, rate, position, velocity, boundary, owner, centre, mass, taken):
@@ -79,14 +113,14 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
 
     @helper(lanes, dim)
-    def along(i, m, reach, position, t_):
-        """Shift particle i along the surface: without the part of the shift across it (Khayyer et al. 2017, eq. 19)."""
+    def along(m, reach, shift, t_):
+        """Add a shift along the surface: without the part of the shift across it (Khayyer et al. 2017, eq. 19)."""
         across, normal2 = 0.0, 1e-30
         for d in range(DIM):
             normal2 += t_[(2 * DIM + 1 + d) * L + m] ** 2
             across += t_[(2 * DIM + 1 + d) * L + m] * t_[(DIM + 1 + d) * L + m]
         for d in range(DIM):
-            position[i, d] += reach * (t_[(DIM + 1 + d) * L + m] - across / normal2 * t_[(2 * DIM + 1 + d) * L + m])
+            shift[d] += reach * (t_[(DIM + 1 + d) * L + m] - across / normal2 * t_[(2 * DIM + 1 + d) * L + m])
 
     @compiled(lanes, dim, guarded, sponge, shifted, dense, edged)
     def correct(
@@ -94,7 +128,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty((3 * DIM + 1) * L, field.dtype)
+        t_, shift = np.empty((3 * DIM + 1) * L, field.dtype), np.empty(DIM)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -166,14 +200,22 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                                     velocity[i, d] *= kept
                     for d in range(DIM):
                         speed2 += velocity[i, d] * velocity[i, d]
-                        position[i, d] += dt * velocity[i, d]
                     if shifted:
                         inside = coefficients[i, SUPPORT]
                         for d in range(DIM):
-                            position[i, d] += k.shifting * inside * t_[(DIM + 1 + d) * L + m]
+                            shift[d] = k.shifting * inside * t_[(DIM + 1 + d) * L + m]
                     if edged and inside < 1.0 and trial[i, FULL] > SPRAY:
                         near = (1.0 - inside) * min(1.0, PACE * 2.0 * k.inverse_support * dt * math.sqrt(speed2))
-                        along(i, m, near * k.shifting, position, t_)
+                        along(m, near * k.shifting, shift, t_)
+                    if guarded and shifted and t_[DIM * L + m] < k.guard2:
+                        cut(
+                            i, base + span[g, 1], base + span[g, 2], lst, position, velocity, first, boundary,
+                            boundary_velocity, k, dt, shift,
+                        )  # fmt: skip
+                    for d in range(DIM):
+                        position[i, d] += dt * velocity[i, d]
+                        if shifted:
+                            position[i, d] += shift[d]
                     for d in range(DIM):
                         sums[c, MOMENTUM + d] += mass * velocity[i, d]
                     pressure[i] = field[i, P]
