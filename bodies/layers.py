@@ -12,7 +12,8 @@ import numpy as np
 from bodies import edges, thinning
 from bodies.edges import Nearest, inward
 
-SETTLING = 6  # passes that even the distances out
+SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a gap spreads slowly
+HOLE = 0.75  # spacings from the next particle to the middle of a hole that gets one of its own
 
 
 def under(
@@ -55,20 +56,35 @@ def _fill(
     """About `wanted` particles (n, dim), evenly spread: the fixed ones `first` (k, dim), the others chosen from the
     candidates `points` (m, dim), each for a cell of size `step` and as close to the depth `target` [m] as `depth` (m,),
     and settled between their neighbours."""
-    eighths = (np.indices([2] * points.shape[1]).reshape(points.shape[1], -1).T - 0.5) * step / 2
-    parts = (points[:, None] + eighths).reshape(-1, points.shape[1])
+    random = np.random.default_rng(0)
+    parts = np.repeat(points, 2 ** points.shape[1], axis=0)
+    parts += random.uniform(-0.5, 0.5, parts.shape) * step  # on a lattice small steps would not move the centres
     others = thinning.thin_to(points, first, wanted, spacing)
     if abs(len(first) + len(others) - wanted) > 0.01 * wanted:  # the lattice allows few distances
-        strewn = points + np.random.default_rng(0).uniform(-0.5, 0.5, points.shape) * step
+        strewn = points + random.uniform(-0.5, 0.5, points.shape) * step
         moved, reached = _slide(nearest, strewn, target)
         others = thinning.thin_to(moved[reached > 0.95 * depth], first, wanted, spacing)
-    chosen = np.vstack([first, others])
-    for _ in range(SETTLING):
-        centre = thinning.centres(parts, chosen, 1.5 * spacing)[len(first) :]
+    passes = SETTLING[points.shape[1]]
+    chosen = _settle(nearest, np.vstack([first, others]), len(first), parts, target, spacing, passes)
+    on = points[np.abs(depth - target) < 0.01 * target]
+    far = thinning.distances(on, chosen, spacing)
+    holes = thinning.apart(on[np.argsort(-far, kind="stable")], HOLE * spacing, chosen)
+    if len(holes) == 0:
+        return chosen
+    return _settle(nearest, np.vstack([chosen, holes]), len(first), parts, target, spacing, passes // 3)
+
+
+def _settle(
+    nearest: Nearest, chosen: np.ndarray, fixed: int, parts: np.ndarray, target: float, spacing: float, passes: int
+) -> np.ndarray:
+    """The `chosen` particles (k, dim), but for the first `fixed`, moved to the middle of those of the `parts` (n, dim) of
+    the layer that are nearest to them, step by step (Lloyd 1982)."""
+    for _ in range(passes):
+        centre = thinning.centres(parts, chosen, 1.5 * spacing)[fixed:]
         moved, reached = _slide(nearest, centre, target)
         good = np.abs(reached - target) < 0.01 * target
         settled = chosen.copy()
-        settled[len(first) :][good] = moved[good]
+        settled[fixed:][good] = moved[good]
         gap = thinning.gaps(settled, spacing)
         crowded = gap < np.minimum(0.75 * spacing, thinning.gaps(chosen, spacing))
         chosen = np.where(crowded[:, None], chosen, settled)

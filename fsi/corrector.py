@@ -36,11 +36,11 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
     The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
-    impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part
-    first, moment about `centre` (owners, DIM). Where it is held by several at once, slowing it against one pushes it on
-    towards another, so the guard goes round them until all are kept off. The shift of a guarded particle, which carries no
-    momentum, is cut to what the same distances allow. In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end
-    of each of the zones (z, 4) [axis, start, end, rate]."""
+    impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part first, moment about
+    `centre` (owners, DIM). Where several hold it at once, slowing it against one pushes it towards another, so the guard
+    goes round them. The shift, which carries no momentum, is cut to what the same distances allow.
+    In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
+    end, rate]."""
     L, DIM = lanes, dim
     P, R, FULL = dim, dim + 1, 2 * dim + 2
 

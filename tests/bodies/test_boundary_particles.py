@@ -148,6 +148,6 @@ def test_a_large_mesh_takes_seconds():
     globe = trimesh.creation.icosphere(subdivisions=5, radius=0.5)
     shape = mesh(np.array(globe.vertices), np.array(globe.faces))
     shape.sample(0.1, LAYERS)
-    start = time.perf_counter()
+    start = time.process_time()
     points = shape.sample(0.025, LAYERS)
-    assert len(points) > 10_000 and time.perf_counter() - start < 10
+    assert len(points) > 10_000 and time.process_time() - start < 10
