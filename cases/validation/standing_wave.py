@@ -97,6 +97,6 @@ CASES = {
         _scene,
         Sloshing,
         {"period": 0.005, "energy_loss": 0.03},
-        "8 spacings of 20 mm are a wave of a third of the depth: steep, and rubbing on its side walls.",
+        "8 spacings of 20 mm are a wave as high as a third of the depth.",
     )
 }
