@@ -77,8 +77,8 @@ CASES = {
         _scene,
         Front,
         {"front_speed": 0.1, "front_curve": 0.05, "energy_rise": 0.001, "energy_loss": 0.02, "leaks": 0.0},
-        "water rubs on the bed of so small a tank, the more the finer the spacing resolves its boundary layer; `dam_energy` leaves"
-        " that out.",
+        "water rubs on the bed of so small a tank, the more the finer the spacing resolves its boundary layer;"
+        " `dam_energy` leaves that out.",
     ),
     "dam_energy": Case(
         "dam_energy",
