@@ -104,8 +104,9 @@ def test_a_heavy_body_comes_to_rest_on_the_seabed(wet):
 def test_two_bodies_meet_and_one_carries_the_other(wet):
     sim = wet(box("under", 300, "0 0 -0.24", heave("low")) + box("over", 2500, "0 0 -0.02", heave("high")))
     start = height(sim, 1)
-    sim.run(until=0.5)
-    assert height(sim, 1) - height(sim, 0) == pytest.approx(0.16, abs=0.002)
+    sim.run(until=0.45)  # they reach the floor of the tank at 0.5 s
+    gap = height(sim, 1) - height(sim, 0) - 0.16
+    assert -0.002 < gap < 0.25 * SPACING  # a film of water is left between them
     assert height(sim, 1) < start - 0.05
 
 
