@@ -11,6 +11,7 @@ from bodies.gap import Gap, between
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, start_from_keyframe, wet_geoms
 from bodies.reach import Reach
+from bodies.roundness import Roundness, roundness
 from bodies.shapes import Placed
 from bodies.stepper import Stepper
 from fsi.errors import SceneError
@@ -32,7 +33,8 @@ class BodySet:
     """Implements `fsi.protocols.BodySet`.
 
     A boundary particle of a body is carried by its position relative to the centre of mass in the frame of the body:
-    r = rotation.T @ (x - position) at the start, x = position + rotation @ r afterwards, with those of `motion()`.
+    r = rotation.T @ (x - position) at the start, x = position + rotation @ r afterwards, with those of `motion()`; round
+    bodies are carried without their spin (`bodies.roundness`).
     In two dimensions the fluid acts on the components x, z and pitch of wrench and twist only.
     """
 
@@ -61,8 +63,10 @@ class BodySet:
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         self.sensor_names = sensors.names(model)
+        self._round: dict[int, Roundness] = {}
         self._solids = self._make_solids(geoms)
         self._gaps = self._make_gaps(scene, geoms, source)
+        self._round = self._find_round(geoms)
         labels = [name_of(model, GEOM, g) for g in geoms]
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
@@ -113,7 +117,19 @@ class BodySet:
             velocity=jacobian @ data.qvel,
             jacobian=jacobian,
             bias=rate @ data.qvel,
+            **self._without_spin(),
         )
+
+    def _without_spin(self) -> dict[str, np.ndarray]:
+        """What `BodyMotion` adds where a body is round."""
+        if not self._round:
+            return {}
+        rotation = self.data.xmat[self._bodies].reshape(-1, 3, 3)
+        smooth = np.tile(np.eye(6), (len(rotation), 1, 1))
+        turn, pivot = rotation.copy(), np.zeros((len(rotation), 3))
+        for b, body in self._round.items():
+            smooth[b], turn[b], pivot[b] = body.smooth(rotation[b]), body.turn(rotation[b]), body.centre
+        return {"smooth": smooth, "turn": turn, "pivot": pivot}
 
     def inertia(self) -> np.ndarray:
         """Mass matrix (nv, nv) of the joints, armature included [kg, kg m, kg m2]."""
@@ -124,8 +140,8 @@ class BodySet:
         return self.data.xipos[self._dry].copy(), self.data.xmat[self._dry].reshape(-1, 3, 3).copy()
 
     def conditions(self) -> list[str]:
-        """What holds now, in words: joints at a limit, contacts."""
-        return conditions(self.model, self.data)
+        """What holds now, in words: joints at a limit, contacts, bodies in walls of the tank."""
+        return conditions(self.model, self.data) + self._reach.conditions()
 
     def energy(self) -> float:
         """Kinetic plus potential energy of everything MuJoCo moves, springs included [J]."""
@@ -231,6 +247,15 @@ class BodySet:
                     if self.model.geom_bodyid[geom] == self._bodies[b]:
                         self.model.geom_margin[geom] = file.glued_layers * scene.spacing
         return gaps
+
+    def _find_round(self, geoms: list[int]) -> dict[int, Roundness]:
+        """The round bodies by number; fluid that is glued to one turns with it, so that it does not count."""
+        glued, found = {owner - 2 for owner, _ in self._gaps}, {}
+        for b, body in enumerate(self._bodies):
+            own = [geom for geom in geoms if self.model.geom_bodyid[geom] == body]
+            if b not in glued and (shape := roundness(self.model, self.data, body, own, self.dimension)):
+                found[b] = shape
+        return found
 
     def _check_width(self, geoms: list[int], width: float) -> list[str]:
         """Notes on bodies whose extent along y is not the width [m] that a two-dimensional scene stands for."""

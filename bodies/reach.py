@@ -27,6 +27,7 @@ class Reach:
         sides = [("xyz"[axis], axis, side, end[k]) for k, axis in enumerate(axes) for side, end in ends]
         self._walls = [wall for wall in sides if f"{wall[0]}{'-' if wall[2] < 0 else '+'}" in scene.tank.walls]
         self._crossed: dict[tuple[int, str], str] = {}
+        self._now: set[tuple[int, str]] = set()
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -51,13 +52,19 @@ class Reach:
 
     def watch(self, data: mujoco.MjData) -> None:
         """Note each body and wall the first time that the body stands in it."""
-        for body, wall in self._beyond(data):
+        self._now = self._beyond(data)
+        for body, wall in self._now:
             if (body, wall) not in self._crossed:
                 name = name_of(self._model, BODY, body)
                 self._crossed[body, wall] = (
                     f"body {name!r} went through the tank's {wall} wall at t = {data.time:.3g} s: "
                     "no wall holds a body, add a geom to the MJCF file for it to touch"
                 )
+
+    def conditions(self) -> list[str]:
+        """The bodies that stood in walls when last watched."""
+        name = lambda body: name_of(self._model, BODY, body)  # noqa: E731
+        return [f"body {name(body)!r} in the tank's {wall} wall, which does not hold it" for body, wall in self._now]
 
     def _beyond(self, data: mujoco.MjData) -> set[tuple[int, str]]:
         """(body, wall) of the wet geoms that reach through walls."""

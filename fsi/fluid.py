@@ -26,7 +26,8 @@ class Fluid:
     """State and sweeps of the fluid and its boundary.
 
     position, velocity (n, dim), pressure (n,), label (n,): the fluid in cell order, label its number at t = 0.
-    boundary (b, dim), boundary_velocity, owner: the boundary particles in the order of the layout.
+    boundary (b, dim), boundary_velocity, owner: the boundary particles in the order of the layout; `boundary_skin` is what
+    viscosity feels of their velocity, the same array where no body is round (`BodyMotion.smooth`).
     """
 
     def __init__(self, scene: Scene, layout: Layout, team: Team):
@@ -46,9 +47,10 @@ class Fluid:
         density = np.array([liquid.density for liquid in scene.all_liquids])
         self._relative = (density / density[0])[self.liquid] if np.ptp(density) > 0 else None
         self.boundary, self.owner = layout.boundary.copy(), layout.owner.copy()
-        self.boundary_velocity = np.zeros_like(self.boundary)
+        self.boundary_velocity = self.boundary_skin = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
+        self._smooth: np.ndarray | None = None
         self.lost = 0
         self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.fall[-1] -= scene.gravity
@@ -94,7 +96,7 @@ class Fluid:
         self._spare = {}
         self._reserve(len(self.position))
         self._sorted_boundary = np.zeros((b, dim))
-        self._sorted_velocity = np.zeros((b, dim))
+        self._sorted_velocity = self._sorted_skin = np.zeros((b, dim))
         self._sorted_owner = np.zeros(b, np.int32)
         self._lift = np.zeros((b, 1), self.dtype)
         self._shepard = np.zeros((b, 1 + dim), self.dtype)
@@ -140,19 +142,24 @@ class Fluid:
             fields |= {name: f[self._kept] if len(f) else np.zeros(self.count) for name, f in found}
         return fields
 
-    def place(self, owner: int, position: np.ndarray, velocity: np.ndarray) -> None:
-        """Move the boundary particles of an owner: position and velocity (b, dim)."""
+    def place(self, owner: int, position: np.ndarray, velocity: np.ndarray, skin: np.ndarray | None = None) -> None:
+        """Move the boundary particles of an owner: position and velocity (b, dim), and `skin` where viscosity feels
+        another velocity."""
         chosen = self.of_owner(owner)
         self.boundary[chosen], self.boundary_velocity[chosen] = position, velocity
+        if skin is not None and self.boundary_skin is self.boundary_velocity:
+            self.boundary_skin, self._sorted_skin = self.boundary_velocity.copy(), self._sorted_velocity.copy()
+        if self.boundary_skin is not self.boundary_velocity:
+            self.boundary_skin[chosen] = velocity if skin is None else skin
 
     def of_owner(self, owner: int) -> slice:
         """Boundary particles of an owner."""
         return slice(*np.searchsorted(self.owner, [owner, owner + 1]))
 
-    def begin(self, dt: float, centre: np.ndarray, twist: np.ndarray) -> None:
+    def begin(self, dt: float, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None = None) -> None:
         """Sort and pack everything where it stands now, and find the neighbours. centre (owners, 3), twist
-        (owners, 6): of the owners now."""
-        self.dt, self._centre, self._twist = dt, centre, twist
+        (owners, 6): of the owners now; smooth (owners, 6, 6) as in `BodyMotion`."""
+        self.dt, self._centre, self._twist, self._smooth = dt, centre, twist, smooth
         real, sources = self.count, self._add_ghosts()
         order = self._sort.update(self.position)
         n = self._sort.inside
@@ -164,8 +171,9 @@ class Fluid:
         order = self._boundary_sort.update(self.boundary)[: self._boundary_sort.inside]
         self._solids = b = len(order)
         pack_boundary(
-            order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.owner, self._sorted_boundary,
-            self._sorted_velocity, self._sorted_owner, dt, self.fall, self._xs, *rows,
+            order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.boundary_skin, self.owner,
+            self._sorted_boundary, self._sorted_velocity, self._sorted_skin, self._sorted_owner, dt, self.fall, self._xs,
+            *rows,
         )  # fmt: skip
         self._boundary_order, self._kept = order, np.ones(n, bool)
         if self._relative is not None:
@@ -240,7 +248,7 @@ class Fluid:
             shore = self._boundary_near if self._solids else None
             self._set_lift(self._acceleration[None], self._twist, self.fall, self._lift)
             self._extrapolate(self._trial)
-            rows, walls = (self._flow, self._trial), (self._shepard, self._sorted_velocity)
+            rows, walls = (self._flow, self._trial), (self._shepard, self._sorted_skin)
             self._flow = rheology.solve(near, shore, *rows, self.velocity, walls, self.k, self.dt, self.periodic)
             self._trial[: self.count, self.dim + 1 : 2 * self.dim + 1] = self.velocity
         elif rheology:
@@ -366,8 +374,9 @@ class Fluid:
             self._sorted_boundary, self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
         )  # fmt: skip
         self._drop_ghosts()
+        impulse = self._smoothed(impulse.sum(0))
         maxima = sums[:, : corrector.KINETIC].max(0, initial=0.0)
-        return np.concatenate([maxima, sums[:, corrector.KINETIC :].sum(0)]), impulse.sum(0)
+        return np.concatenate([maxima, sums[:, corrector.KINETIC :].sum(0)]), impulse
 
     # -------------------------------------------------------------------------------------- parts of it
 
@@ -404,7 +413,11 @@ class Fluid:
             )  # fmt: skip
             for force, total in zip(self._pressure_force, wrench, strict=False):
                 self._add_wrenches(force, total, least)
-        return wrench
+        return self._smoothed(wrench)
+
+    def _smoothed(self, wrench: np.ndarray) -> np.ndarray:
+        """The wrenches (..., owners, 6), without the moment that no smooth body of their shape would get."""
+        return wrench if self._smooth is None else np.einsum("oij,...oj->...oi", self._smooth, wrench)
 
     def _add_wrenches(self, force: np.ndarray, wrench: np.ndarray, least: int = 0) -> None:
         b = self._solids
@@ -418,6 +431,9 @@ class Fluid:
 
     def _set_lift(self, accelerations, twist, fall, lift) -> None:
         b = self._solids
+        if self._smooth is not None:  # and without the spin that no fluid would feel
+            accelerations = np.einsum("moi,oij->moj", accelerations, self._smooth)
+            twist = np.einsum("oi,oij->oj", twist, self._smooth)
         boundary.lift_of(
             self._sorted_boundary[:b], self._sorted_owner[:b], self._centre, accelerations, twist, fall,
             self.scene.fluid.density, self._shepard[:b], lift,

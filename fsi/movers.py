@@ -8,17 +8,18 @@ import numpy as np
 
 from fsi.fluid import Fluid
 from fsi.layout import FIRST_BODY, PISTON
-from fsi.protocols import BodySet
+from fsi.protocols import BodyMotion, BodySet
 
 
 @dataclass(frozen=True)
 class Motion:
     """All owners at one instant: centre (owners, 3) [m], twist (owners, 6) [m/s, rad/s] about it, and the acceleration
-    (2, 6) over the coming step of those that are no bodies."""
+    (2, 6) over the coming step of those that are no bodies; smooth (owners, 6, 6) as in `BodyMotion`."""
 
     centre: np.ndarray
     twist: np.ndarray
     others: np.ndarray
+    smooth: np.ndarray | None
 
 
 class Movers:
@@ -42,7 +43,7 @@ class Movers:
         """Put every moving boundary particle where it is at `time`."""
         fluid = self.fluid
         centre, twist = np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6))
-        others = np.zeros((min(FIRST_BODY, fluid.owners), 6))
+        others, smooth = np.zeros((min(FIRST_BODY, fluid.owners), 6)), None
         if self.piston:
             (x, u, _), (_, next_u, _) = self.piston(time), self.piston(time + dt)
             if self.absorber:
@@ -54,15 +55,33 @@ class Movers:
         if self.bodies:
             motion = self.bodies.motion()
             centre[FIRST_BODY:], twist[FIRST_BODY:] = motion.position, motion.velocity
+            if motion.smooth is not None:
+                smooth = np.tile(np.eye(6), (fluid.owners, 1, 1))
+                smooth[FIRST_BODY:] = motion.smooth
             for b, local in enumerate(self._local):
-                arm = local @ motion.rotation[b].T
-                x, y, z = motion.velocity[b, 3:]
-                velocity = motion.velocity[b, :3] + arm @ np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])  # omega x arm
-                position = motion.position[b] + arm
-                fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes])
-        return Motion(centre, twist, others)
+                self._carry(b, local, motion)
+        return Motion(centre, twist, others, smooth)
+
+    def _carry(self, b: int, local: np.ndarray, motion: BodyMotion) -> None:
+        """Put the boundary particles of a body where it takes them."""
+        twist, skin = motion.velocity[b], None
+        if motion.smooth is None:
+            arm = local @ motion.rotation[b].T
+        else:
+            pivot = motion.pivot[b]
+            arm = motion.rotation[b] @ pivot + (local - pivot) @ motion.turn[b].T
+            skin = _velocities(twist, arm)[:, self._axes]
+            twist = twist @ motion.smooth[b]
+        velocity, position = _velocities(twist, arm), motion.position[b] + arm
+        self.fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes], skin)
 
     def speed(self) -> float:
         """Largest speed of a moving boundary particle [m/s]."""
         moving = self.fluid.boundary_velocity[self.fluid.of_owner(0).stop :]
         return float(np.sqrt((moving**2).sum(1).max(initial=0.0)))
+
+
+def _velocities(twist: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Velocities (n, 3) of points of a body with this twist (6,), at `arm` (n, 3) from its centre of mass."""
+    x, y, z = twist[3:]
+    return twist[:3] + arm @ np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])  # omega x arm

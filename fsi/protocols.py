@@ -28,6 +28,10 @@ class BodyMotion:
 
     position (b, 3) [m], rotation (b, 3, 3) body to world, velocity (b, 6) twist [m/s, rad/s],
     jacobian (b, 6, nv) d twist / d qvel, bias (b, 6) acceleration that is left when qacc = 0 [m/s2, rad/s2].
+
+    Where one of the bodies is round: smooth (b, 6, 6) takes the moment about its axis out of a wrench, and its transpose
+    the spin out of a twist; its boundary particles are carried without the spin, by the rotation turn (b, 3, 3) about the
+    point pivot (b, 3) [m] in the frame of the body. For bodies that are not round these are 1, `rotation` and 0.
     """
 
     position: np.ndarray
@@ -35,6 +39,9 @@ class BodyMotion:
     velocity: np.ndarray
     jacobian: np.ndarray
     bias: np.ndarray
+    smooth: np.ndarray | None = None
+    turn: np.ndarray | None = None
+    pivot: np.ndarray | None = None
 
 
 class Solid(Protocol):

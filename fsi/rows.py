@@ -68,16 +68,18 @@ def pack_echo(counter, bounds, rows, dim, columns, *echoes):
 
 
 @njit(nogil=True, cache=True)
-def pack_boundary(order, first, lower, position, velocity, owner, position2, velocity2, owner2, dt, fall, xs,
-                   flow, trial, field, twin):  # fmt: skip
+def pack_boundary(order, first, lower, position, velocity, skin, owner, position2, velocity2, skin2, owner2, dt, fall,
+                  xs, flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
-    acceleration makes its final velocity."""
+    acceleration makes its final velocity. Viscosity feels the velocities `skin`."""
     dim = position.shape[1]
     for b in range(order.size):
         j, i = order[b], first + b
         owner2[b] = owner[j]
         for d in range(dim):
-            flow[i, dim + d] = velocity[j, d]  # before `trial`, which is the same array where nothing is viscous
+            flow[i, dim + d] = skin2[b, d] = skin[
+                j, d
+            ]  # before `trial`, which is the same array where nothing is viscous
         for d in range(dim):
             position2[b, d] = position[j, d]
             velocity2[b, d] = velocity[j, d]

@@ -117,11 +117,13 @@ class Simulation:
 
     def step(self, until: float = math.inf) -> None:
         """One coupled step, in the order of the data."""
+        if self.step_count == 0 and self.bodies:
+            self._speed = max(self._speed, self._stability.fastest_body())
         dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
         logged = [name for name, due in self._due.items() if self.time + dt >= due + self._interval(name) * 0.999]
         with self._phase("neighbours"):
             motion = self.movers.place(self.time, dt)
-            self.fluid.begin(dt, motion.centre, motion.twist)
+            self.fluid.begin(dt, motion.centre, motion.twist, motion.smooth)
         if self.step_count == 0:
             self._start(motion)
         with self._phase("predictor"):
@@ -151,8 +153,12 @@ class Simulation:
             with self._phase("start"):
                 acceleration = np.zeros((self.fluid.owners, 6))
                 acceleration[: len(motion.others)] = motion.others
+                moving = self.fluid.boundary_velocity.copy()
+                self.fluid.boundary_velocity[:] = 0.0  # what moves already sets the fluid going in the steps to come
+                self.fluid.begin(self.dt, motion.centre, np.zeros_like(motion.twist))
                 self.fluid.settle(acceleration)
-                self.fluid.begin(self.dt, motion.centre, motion.twist)
+                self.fluid.boundary_velocity[:] = moving
+                self.fluid.begin(self.dt, motion.centre, motion.twist, motion.smooth)
         with self._phase("record"):
             for name in self._due:
                 self._record(name)

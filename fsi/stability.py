@@ -53,10 +53,16 @@ class Stability:
             self._pace = max(fall, start, speeds.max(initial=0.0)) or math.inf
             self._ringing = Ringing(len(speeds), scene.spacing)
 
+    def fastest_body(self) -> float:
+        """Speed of the fastest point of a body now [m/s]."""
+        return float(self._speeds(self._sim.bodies.motion().velocity).max(initial=0.0))
+
     def check(self, before: np.ndarray, twist: np.ndarray, wrench: np.ndarray, finite: bool, speed: float) -> None:
         """Twists (b, 6) of the bodies before and after the step, the wrench (b, 6) on them, the speed [m/s] of the fastest
         fluid particle; `finite` where the sums over the fluid are. Raises RunError where the run has become unstable."""
         sim = self._sim
+        if sim.bodies:
+            self._check_left(sim.bodies.motion().position)
         if self._free:
             self._check_bodies(before, twist, wrench)
         if not finite:
@@ -77,6 +83,22 @@ class Stability:
         speeds = self._speeds(self._sim.bodies.motion().velocity)
         worst = int(np.argmax(np.where(np.isfinite(speeds), speeds, np.inf)))
         return self._of_body(worst, speeds[worst], str(fault).removeprefix("unstable: ").partition(";")[0])
+
+    def _check_left(self, centre: np.ndarray) -> None:
+        """Raise RunError where a body is outside a wall of the tank with all of it, and can meet no fluid any more; centre
+        (b, 3) of the bodies."""
+        sim, tank = self._sim, self._sim.scene.tank
+        axes = [0, 2] if sim.fluid.dim == 2 else [0, 1, 2]
+        for axis, low, high in zip(axes, tank.min, tank.max, strict=True):
+            for side, end in ((-1, low), (1, high)):
+                wall = f"{'xyz'[axis]}{'-' if side < 0 else '+'}"
+                gone = side * (centre[:, axis] - end) > sim.movers.reach
+                if wall in tank.walls and gone.any():
+                    name = sim.bodies.names[int(np.flatnonzero(gone)[0])]
+                    raise RunError(
+                        f"body {name!r} has left the tank through its {wall} wall at {self._when()}: walls hold water, not "
+                        f"bodies; add a geom to the MJCF file for it to touch, a plane for a wall{self._kept()}"
+                    )
 
     def _check_bodies(self, before: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> None:
         size = np.ones((1, 6)) * np.where(np.arange(6) < 3, 1.0, self._sim.movers.reach[:, None])

@@ -12,6 +12,10 @@ from fsi.errors import RunError
 from fsi.simulation import Simulation
 from fsi.stability import Ringing
 
+MOVING = """<mujoco><option timestep="0.01"/><worldbody><body name="ball" pos="0 0 {z}"><joint type="slide" axis="1 0 0"/>
+  <geom type="cylinder" size="0.1 0.5" euler="90 0 0" density="1000"/></body></worldbody>
+  <keyframe><key name="start" qpos="0" qvel="{speed}"/></keyframe></mujoco>"""
+
 BOX = """<mujoco><option timestep="0.01" integrator="implicitfast"/><worldbody>
   <body name="box" pos="0 0 {z}"><freejoint/>
     <geom name="hull" type="box" size="0.2 0.5 0.1" density="{density}"/></body>
@@ -113,3 +117,40 @@ def test_hits_and_end_stops_are_not_taken_for_an_instability():
         assert not ringing(np.array([[0.0, 0, speed, 0, 0, 0]]), 0.01)
     ring = [ringing(np.array([[0.0, 0, 0.1 * (-1.5) ** n, 0, 0, 0]]), 0.01)[0] for n in range(8)]
     assert not any(ring[:5]) and ring[-1]
+
+
+def thrown(folder, speed, z, **more):
+    (folder / "ball.xml").write_text(MOVING.format(speed=speed, z=z))
+    return simulate(scene(folder, 500, "added_mass", 1.0, bodies={"ball": {"mjcf": folder / "ball.xml"}}, **more))
+
+
+@pytest.mark.parametrize("start", ["hydrostatic", "converged"])
+def test_a_body_that_starts_moving_shares_its_momentum_with_the_water(tmp_path, start):
+    """As dense as water it keeps half its speed, once the pressure has gone round it; no energy comes of it. The pressure at
+    the start is that of rest, or it would throw the water about."""
+    sim = thrown(tmp_path, 1.0, -0.2, spacing=0.02, fluid={"start": start})
+    speed, energy = [], []
+
+    def note(sim):
+        speed.append(sim.bodies.motion().velocity[0, 0])
+        energy.append(sim.books.kinetic + sim.books.potential + sim.bodies.energy())
+
+    sim.run(until=0.1, on_step=note)
+    assert max(energy[1:]) < energy[0]
+    assert 0.3 < np.mean(speed[len(speed) // 2 :]) < 0.6
+
+
+def test_the_first_step_is_short_enough_for_a_fast_body(tmp_path):
+    sim = thrown(tmp_path, 15.0, -0.2)
+    sim.step()
+    numerics = sim.scene.numerics
+    assert sim.dt == pytest.approx(numerics.courant * sim.scene.smoothing_length / 15.0)
+
+
+def test_a_body_that_leaves_the_tank_stops_the_run(tmp_path):
+    """It is told when it stands in the wall, and is an error when all of it is outside."""
+    sim = thrown(tmp_path, 4.0, 0.25, output={"timeline": False})
+    with pytest.raises(RunError, match=r"body 'ball' has left the tank through its x\+ wall at t = 0\.22.*add a geom"):
+        sim.run()
+    assert any(event.text == "body 'ball' in the tank's x+ wall, which does not hold it" for event in sim.events)
+    assert any("body 'ball' went through the tank's x+ wall" in note for note in sim.warnings)
