@@ -152,6 +152,10 @@ class Fluid:
         if self.boundary_skin is not self.boundary_velocity:
             self.boundary_skin[chosen] = velocity if skin is None else skin
 
+    def sort_velocities(self) -> None:
+        """Take over changes of `boundary_velocity` since `begin`, for the wall guard."""
+        self._sorted_velocity[: self._solids] = self.boundary_velocity[self._boundary_order]
+
     def of_owner(self, owner: int) -> slice:
         """Boundary particles of an owner."""
         return slice(*np.searchsorted(self.owner, [owner, owner + 1]))

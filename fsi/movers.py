@@ -30,6 +30,7 @@ class Movers:
         self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
         self._start = fluid.boundary[fluid.of_owner(PISTON)].copy()
         self._local = []  # boundary particles of each body in its own frame, about its centre of mass
+        self._arm = []  # the same in the world, where they stand
         self.reach = np.zeros(max(0, fluid.owners - FIRST_BODY))  # (b,) distance of the farthest from there [m]
         motion = bodies.motion() if bodies else None
         for b in range(fluid.owners - FIRST_BODY if bodies else 0):
@@ -37,6 +38,7 @@ class Movers:
             points = np.tile(centre, (len(fluid.boundary[fluid.of_owner(FIRST_BODY + b)]), 1))
             points[:, self._axes] = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
             self._local.append((points - centre) @ motion.rotation[b])
+            self._arm.append(points - centre)
             self.reach[b] = np.linalg.norm(points - centre, axis=1).max(initial=0.0)
 
     def place(self, time: float, dt: float) -> Motion:
@@ -72,8 +74,19 @@ class Movers:
             arm = motion.rotation[b] @ pivot + (local - pivot) @ motion.turn[b].T
             skin = _velocities(twist, arm)[:, self._axes]
             twist = twist @ motion.smooth[b]
+        self._arm[b] = arm
         velocity, position = _velocities(twist, arm), motion.position[b] + arm
         self.fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes], skin)
+
+    def follow(self) -> None:
+        """Give the boundary particles of the bodies the velocities that the bodies have come to in the step, where they stand:
+        those that the wall guard keeps the fluid off by. With those before the step it would stop fluid that a light
+        body runs ahead of, and hand the body more momentum than it has."""
+        fluid, motion = self.fluid, self.bodies.motion()
+        for b, arm in enumerate(self._arm):
+            twist = motion.velocity[b] if motion.smooth is None else motion.velocity[b] @ motion.smooth[b]
+            fluid.boundary_velocity[fluid.of_owner(FIRST_BODY + b)] = _velocities(twist, arm)[:, self._axes]
+        fluid.sort_velocities()
 
     def speed(self) -> float:
         """Largest speed of a moving boundary particle [m/s]."""

@@ -172,6 +172,7 @@ class Simulation:
             settled = self.coupler.step(loads, self.bodies, self.time, dt)
         except RunError as fault:
             raise self._stability.failed(fault) from fault
+        self.movers.follow()
         self._passes[:2] += loads.updates, loads.responses
         self._passes[2] = max(self._passes[2], loads.updates)
         wrench = self.fluid.wrench(viscous=True) if self.movers.piston else np.zeros((self.fluid.owners, 6))

@@ -47,3 +47,9 @@ def make_bodies(tmp_path):
 @pytest.fixture
 def linear_fluid():
     return LinearFluid
+
+
+@pytest.fixture
+def without_reserve(monkeypatch):
+    """The default scheme without the reserve of very light bodies, for what is to be exact in every step."""
+    monkeypatch.setattr("couplers.added_mass.LIGHT", np.inf)

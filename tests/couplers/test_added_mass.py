@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from couplers import AddedMass
+from couplers.added_mass import LIGHT, reserve
 
 BALL = '<body name="ball"><freejoint/><geom name="ball" size="0.3" density="500"/></body>'
 CHAIN = """<body name="lower"><joint name="hip" axis="0 1 0" damping="1" {limit}/>
@@ -31,6 +32,7 @@ def equation_of_motion(bodies, dt):
     return inertia + dt * np.diag(model.dof_damping), data.qfrc_passive - data.qfrc_bias
 
 
+@pytest.mark.usefixtures("without_reserve")
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 30.0, 1000.0])
 @pytest.mark.parametrize("world", [BALL, CHAIN.format(limit="")], ids=["free", "chain"])
 def test_bodies_and_fluid_accelerate_together(make_bodies, linear_fluid, world, ratio):
@@ -54,6 +56,7 @@ def test_bodies_and_fluid_accelerate_together(make_bodies, linear_fluid, world, 
     assert bodies.unsettled == 0 and np.isfinite(bodies.data.qvel).all()
 
 
+@pytest.mark.usefixtures("without_reserve")
 def test_settled_wrench_and_momentum(make_bodies, linear_fluid):
     """Momentum of the body alone grows by the impulse of the wrench that the coupler returns."""
     bodies = make_bodies(BALL)
@@ -64,6 +67,7 @@ def test_settled_wrench_and_momentum(make_bodies, linear_fluid):
     assert bodies.mass[0] * bodies.motion().velocity[0, :3] == pytest.approx(impulse, rel=1e-9)
 
 
+@pytest.mark.usefixtures("without_reserve")
 def test_substeps_share_the_impulse(make_bodies, linear_fluid):
     """A file with a shorter time step gives the same constant acceleration."""
     bodies = make_bodies(HEAVE.format(joint=""), option='timestep="0.0003"')
@@ -134,6 +138,7 @@ def test_components_out_of_the_plane_cost_nothing(make_bodies, linear_fluid):
         assert fluid.solutions == solutions
 
 
+@pytest.mark.usefixtures("without_reserve")
 def test_an_unsymmetrical_added_mass_is_met_exactly(make_bodies, linear_fluid):
     """As from a few sweeps of the pressure: the part that is not symmetrical does no work."""
     bodies = make_bodies(BALL)
@@ -171,3 +176,33 @@ def test_fixed_walls_alone_need_no_exchange(make_bodies, linear_fluid, tmp_path)
     bodies = make_bodies(f'<geom name="ramp" type="box" size="1 1 0.2"/>{wet}')
     wrench = AddedMass(bodies).step(linear_fluid(np.zeros((0, 0)), np.zeros((0, 6))), bodies, 0.0, 1e-3)
     assert wrench.shape == (0, 6) and [owner for owner, _ in bodies.solids()] == [0]
+
+
+def test_a_reserve_is_for_very_light_bodies_and_their_trees(make_bodies):
+    """A multiple of the mass matrix of the tree that holds the light body, nothing elsewhere."""
+    light = '<geom type="box" pos="0 0 0.5" size="0.1 0.2 0.4" density="300"/>'
+    chain = f'<body><joint axis="0 1 0"/>{light}<body pos="0 0 1"><joint axis="0 1 0"/>{light}</body></body>'
+    bodies = make_bodies(chain + f'<body pos="1 0 0"><freejoint/>{light}</body>')
+    own, jacobian = bodies.inertia(), bodies.motion().jacobian
+    added = np.diag(np.diag(own)) * LIGHT
+    assert not reserve(own, added, jacobian).any()
+    added[1, 1] *= 4
+    found = reserve(own, added, jacobian)
+    assert found[:2, :2] == pytest.approx(3 * own[:2, :2]) and own[0, 1] != 0
+    assert not found[2:].any() and not found[:, 2:].any()
+    added[4, 4] *= 11
+    found = reserve(own, added, jacobian)
+    assert found[2:, 2:] == pytest.approx(10 * own[2:, 2:]) and found[:2, :2] == pytest.approx(3 * own[:2, :2])
+
+
+def test_a_reserve_settles_to_the_same_acceleration(make_bodies, linear_fluid):
+    """Along x, where the fluid adds nothing, it takes ten times the reserve's share of the own mass in steps."""
+    bodies = make_bodies(BALL)
+    fluid = linear_fluid(np.diag([0, 0, 10 * LIGHT * bodies.mass[0], 0, 0, 0]), [[10.0, 0, 1e3, 0, 0, 0.0]])
+    coupler, found = AddedMass(bodies), []
+    for _ in range(100):
+        coupler.step(fluid, bodies, 0.0, 1e-3)
+        found.append(coupler.acceleration[:3])
+    total = (10 * LIGHT + 1) * bodies.mass[0]
+    assert found[0][0] < 0.2 * 10 / bodies.mass[0]
+    assert found[-1] == pytest.approx([10 / bodies.mass[0], 0, 1e3 / total], rel=1e-3, abs=1e-9)

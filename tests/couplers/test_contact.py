@@ -20,6 +20,7 @@ def dense(mass, ratio, skew):
     return matrix + skew * ratio * mass * (odd - odd.T) / 2
 
 
+@pytest.mark.usefixtures("without_reserve")
 @pytest.mark.parametrize("mu", [0.0, 0.4])
 @pytest.mark.parametrize("ratio, skew", [(0.1, 0.0), (1.0, 0.1), (20.0, 0.02), (1000.0, 0.0)])
 def test_a_box_on_the_floor_obeys_the_equation_of_motion(make_bodies, linear_fluid, mu, ratio, skew):

@@ -49,6 +49,7 @@ def test_the_next_problem_profits_from_the_last():
     assert calls[0] == 5 and max(calls[1:]) <= 2
 
 
+@pytest.mark.usefixtures("without_reserve")
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 30.0])
 @pytest.mark.parametrize("world", [BALL, PAIR], ids=["ball", "pair"])
 def test_the_fixed_point_is_where_the_default_scheme_lands(make_bodies, linear_fluid, world, ratio):

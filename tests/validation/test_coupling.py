@@ -92,6 +92,15 @@ def test_the_default_scheme_holds_the_lightest_bodies(arrangement):
     assert stability.run(arrangement, 0.02, 0.04, "fixed_point")[0] < stability.LIMIT
 
 
+@pytest.mark.parametrize("arrangement", ["box", "raft"])
+@pytest.mark.parametrize("ratio", [1e-4, 1e-3, 0.005])
+def test_the_default_scheme_holds_bodies_lighter_than_air(arrangement, ratio):
+    """The box was thrown by the wall guard, which hands on the momentum of particles heavier than it is, and shaken apart by
+    the water's answer to its velocity."""
+    fastest, _, inertia = stability.run(arrangement, ratio, 0.04)
+    assert fastest < 0.5 * stability.LIMIT and inertia > 50
+
+
 def test_added_mass_in_an_annulus():
     row, reason = run_case(load("added_mass_annulus"), "medium", "chebyshev6", threads=1)
     assert reason == "" and row.passed

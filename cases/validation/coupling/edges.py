@@ -2,8 +2,8 @@
 
 zero_gravity: a body moves through a free blob of fluid; nothing else acts, so that the momentum of both together stays.
 free_flight: thrown up beside the water, it flies its parabola. leave_and_return: a light body comes up from below, jumps
-out, falls back and floats at Archimedes' draft. pinned: an equality constraint welds a body to the world under water; it
-stays, and feels its buoyancy.
+out, falls back, drifts as it fell, up to a plane that stands for the wall of the tank, and floats at Archimedes' draft.
+pinned: an equality constraint welds a body to the world under water; it stays, and feels its buoyancy.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ def _flight(spacing: float, folder: Path) -> dict:
 
 
 def _jump(spacing: float, folder: Path) -> dict:
-    return _tank(folder, 8.0, _body(folder, -0.6, 100))
+    ends = "".join(f'<geom type="plane" pos="{x} 0 0" zaxis="{-x} 0 0" size="2 2 1"/>' for x in (-1.2, 1.2))
+    return _tank(folder, 8.0, _body(folder, -0.6, 100, extra=f"<worldbody>{ends}</worldbody>"))
 
 
 def _weld(spacing: float, folder: Path) -> dict:
