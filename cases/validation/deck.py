@@ -4,8 +4,9 @@ Case of Cox & Ortega (2002), Ocean Eng. 29, 1827-1840: two waves of 1.0 s, then 
 of 0.61 x 0.0115 m at x = 8 m with its top 52.5 mm above still water. Their records are at hand as pictures only and the wave
 heights not at all; 0.08 and 0.16 m here. The reference is linear theory: every harmonic of the piston's way makes waves by
 its transfer function and travels by the dispersion relation. Waves of this steepness are higher and faster than that, so
-the misfit is reported and has a finite share in it. The page shows the horizontal velocities on the vertical through the
-leading edge, for the highest wave there, with and without the deck.
+the misfit is reported and has a finite share in it. With the deck the same waves run alone in a twin beside it: the page
+shows the horizontal velocities on the vertical through the leading edge, for the highest wave there, and the elevations,
+with and without the deck.
 """
 
 from __future__ import annotations
@@ -41,37 +42,62 @@ def linear_elevation(t: np.ndarray, way: np.ndarray, x: float) -> np.ndarray:
     return np.fft.irfft(out, 2 * n)[:n]
 
 
+class Record:
+    """What is seen of one run: time (n,) [s], elevations (n, 5) [m] at PLACES, and the horizontal velocities [m/s] over z [m]
+    within a spacing of the leading edge under the highest wave there."""
+
+    def __init__(self):
+        self.time, self.level = [], []
+        self.profile, self.highest = (np.zeros(0), np.zeros(0)), -1.0
+
+    def note(self, sim: Simulation) -> None:
+        fluid, dr, h = sim.fluid, sim.scene.spacing, sim.scene.smoothing_length
+        level = [elevation(fluid.position, np.array([x]), dr, h) for x in PLACES]
+        self.time.append(sim.time)
+        self.level.append(level)
+        if level[3] > self.highest:
+            self.highest = level[3]
+            x, z = fluid.position.T
+            near = np.abs(x - EDGE) < dr
+            order = np.argsort(z[near])
+            self.profile = fluid.velocity[near, 0][order], z[near][order]
+
+
 class Packet(Pictured):
-    """Elevations at the gauges, the piston's way, water on the deck, and velocities at the leading edge."""
+    """Elevations at the gauges, the piston's way, water on the deck, and velocities at the leading edge; beside a deck the
+    same without it."""
 
     colour, interval = "u", 0.02
     window = (6.8, 9.4), (-0.4, 0.35)
     moments = (8.6, 9.2, 9.8, 10.4)
 
     def begin(self, sim: Simulation) -> None:
-        self.time, self.level, self.way, self.over = [], [], [], []
-        self.profile, self.highest, self.leaks = (np.zeros(0), np.zeros(0)), -1.0, 0
+        self.way, self.over, self.leaks = [], [], 0
+        self.here, self.alone, self.twin = Record(), Record(), None
+        if sim.bodies:
+            bare = sim.scene.model_copy(update={"bodies": {}})
+            self.twin = Simulation(bare, threads=sim.threads)
 
     def sample(self, sim: Simulation) -> None:
-        fluid, dr, h = sim.fluid, sim.scene.spacing, sim.scene.smoothing_length
-        self.time.append(sim.time)
-        level = [elevation(fluid.position, np.array([x]), dr, h) for x in PLACES]
-        self.level.append(level)
+        self.here.note(sim)
         self.way.append(sim.movers.piston(sim.time)[0])
-        x, z = fluid.position.T
-        self.over.append(int(((x > EDGE) & (x < EDGE + 0.61) & (z > TOP)).sum()) * dr**2)
-        self.leaks = fluid.lost
-        if level[3] > self.highest:
-            self.highest = level[3]
-            near = np.abs(x - EDGE) < dr
-            order = np.argsort(z[near])
-            self.profile = fluid.velocity[near, 0][order], z[near][order]
+        x, z = sim.fluid.position.T
+        self.over.append(int(((x > EDGE) & (x < EDGE + 0.61) & (z > TOP)).sum()) * sim.scene.spacing**2)
+        self.leaks = sim.fluid.lost
+        if self.twin:
+            while self.twin.time < sim.time * (1 - 1e-12):
+                self.twin.step(sim.time)
+            self.alone.note(self.twin)
 
     def linear(self, n: int) -> np.ndarray:
-        return linear_elevation(np.array(self.time), np.array(self.way), float(PLACES[n]))
+        """Linear theory at the n-th gauge, at the times of the record."""
+        time = np.array(self.here.time)
+        even = np.linspace(0.0, time[-1], len(time))
+        found = linear_elevation(even, np.interp(even, time, self.way), float(PLACES[n]))
+        return np.interp(time, even, found)
 
     def errors(self) -> dict[str, float]:
-        level = np.array(self.level)
+        level = np.array(self.here.level)
         misfits = []
         for n in range(BEFORE):
             expected = self.linear(n)
@@ -80,17 +106,22 @@ class Packet(Pictured):
         return {"elevation": float(np.mean(misfits)), "leaks": float(self.leaks)}
 
     def charts(self) -> list[Chart]:
-        level, charts = np.array(self.level), []
+        time, name = self.here.time, "with the deck" if self.twin else "run"
+        charts = []
         for n, x in enumerate(PLACES):
-            lines = ("run", self.time, level[:, n]), ("linear theory, no deck", self.time, self.linear(n))
-            charts.append(Chart(f"gauge_{n + 1}", f"Elevation at x = {x:g} m", "time [s]", "elevation [m]", lines))
-        u, z = self.profile
+            lines = [(name, time, np.array(self.here.level)[:, n])]
+            if self.twin:
+                lines += [("without", self.alone.time, np.array(self.alone.level)[:, n])]
+            lines += [("linear theory, no deck", time, self.linear(n))]
+            charts.append(
+                Chart(f"gauge_{n + 1}", f"Elevation at x = {x:g} m", "time [s]", "elevation [m]", tuple(lines))
+            )
+        profiles = [(name, *self.here.profile)] + ([("without", *self.alone.profile)] if self.twin else [])
         title = "Velocity at the leading edge under the highest wave"
-        charts.append(Chart("profile", title, "horizontal velocity [m/s]", "z [m]", (), (("run", u, z),)))
-        return [
-            *charts,
-            Chart("over", "Water above the deck", "time [s]", "area [m2]", (("run", self.time, self.over),)),
-        ]
+        charts.append(Chart("profile", title, "horizontal velocity [m/s]", "z [m]", (), tuple(profiles)))
+        if self.twin:
+            charts.append(Chart("over", "Water above the deck", "time [s]", "area [m2]", (("run", time, self.over),)))
+        return charts
 
 
 def _open(spacing: float, folder) -> dict:

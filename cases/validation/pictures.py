@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -137,8 +138,8 @@ def _drawn(chart: Chart):
     figure, (panel,) = canvas(height=4.0)
     for name, x, y in chart.lines:
         panel.plot(x, y, label=name, linewidth=1.4)
-    for name, x, y in chart.points:
-        panel.plot(x, y, "o", label=name, markersize=5, markerfacecolor="none", color="0.15")
+    for (name, x, y), marker, colour in zip(chart.points, cycle("os^vD"), cycle(("0.15", "#0b5cad", "#d1602b"))):
+        panel.plot(x, y, marker, label=name, markersize=5, markerfacecolor="none", color=colour)
     panel.set(xlabel=chart.xlabel, ylabel=chart.ylabel)
     panel.set_title(chart.title, loc="left", fontsize=13)
     legend(panel)
