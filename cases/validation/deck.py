@@ -131,19 +131,25 @@ def _open(spacing: float, folder) -> dict:
     return data
 
 
-def _case(name: str, title: str, scene) -> Case:
+def _case(name: str, title: str, scene, reasons: str = "") -> Case:
     reference = (
         "Linear theory of the piston's own way, at x = 4, 6 and 7 m, best shift within 0.2 s: standard deviation of the"
         " misfit over that of the waves. Case of Cox & Ortega (2002)."
     )
     target = {"elevation": 0.3, "leaks": 0.0}
-    return Case(name, title, reference, spacings("deck_overtopping"), scene, Packet, target)
+    return Case(name, title, reference, spacings("deck_overtopping"), scene, Packet, target, reasons)
 
 
 CASES = {
     case.name: case
     for case in (
-        _case("deck_overtopping", "A packet of steep waves runs over a fixed deck", builder("deck_overtopping")),
+        _case(
+            "deck_overtopping",
+            "A packet of steep waves runs over a fixed deck",
+            builder("deck_overtopping"),
+            "The highest waves run ahead of linear theory by 0.17 s at x = 7 m, the lower ones do not; and the deck sends waves"
+            " back, which theory has not: without it the misfit is 28 %.",
+        ),
         _case("deck_waves", "The packet without the deck", _open),
     )
 }
