@@ -2,6 +2,7 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -44,6 +45,26 @@ def test_panels_converge_and_take_energy_out():
         for omega in (3.0, 6.0, 9.0):
             assert all(value > 0 for value in section.coefficients(omega, mode))
     assert section.stiffness("pitch") == pytest.approx(9810 * (0.8**3 / 12 - 0.8 * 0.1 * 0.05))
+
+
+def test_a_half_circle_that_turns_about_its_centre_moves_no_water():
+    """Its bilges are all of it; nor does the water right it."""
+    section, box = Section(0.2, 0.1, 0.6, bilge=0.0999), Section(0.2, 0.1, 0.6)
+    assert section.area() == pytest.approx(0.5 * math.pi * 0.1**2, rel=1e-3)
+    assert abs(section.stiffness("pitch")) < 1e-3 * abs(box.stiffness("pitch")) + 0.01
+    for found, sharp in zip(section.coefficients(6.0, "pitch"), box.coefficients(6.0, "pitch"), strict=True):
+        assert abs(found) < 1e-4 * sharp
+
+
+def test_the_rounded_box_is_the_body_of_its_file(tmp_path):
+    for mode, mass in (("pitch", 80.0), ("roll", 1000 * Section(0.8, 0.1, 0.6, 0.08).area())):
+        model = mujoco.MjModel.from_xml_path(decay.box_scene(mode)(0.02, tmp_path)["bodies"]["set"]["mjcf"])
+        assert model.body_mass[1] == pytest.approx(mass, rel=1e-3)
+        inertia = np.zeros((1, 1))
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, inertia)
+        assert inertia[0, 0] == pytest.approx(decay.BOXES[mode].inertia, rel=1e-3)
 
 
 def test_hulmes_coefficients_belong_together():

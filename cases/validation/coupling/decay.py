@@ -79,24 +79,31 @@ class Swing(Measure):
 
 # ------------------------------------------------------------------------------------------ the box in two dimensions
 
-WIDE, DRAFT, DEPTH = {"heave": 0.4, "pitch": 0.8}, 0.1, 0.6  # m; it is twice as high as its draft
+WIDE, DRAFT, DEPTH = {"heave": 0.4, "pitch": 0.8, "roll": 0.8}, 0.1, 0.6  # m; it is twice as high as its draft
+BILGE = {"heave": 0.0, "pitch": 0.0, "roll": 0.08}  # radius of its edges [m]
 HALF, BEACH = 4.0, 2.4  # half length of the tank and where its damping starts [m]
 
 
 def box(mode: str) -> Free:
-    """The box in heave, or in pitch about its centre, which is at the still water level."""
-    section = Section(WIDE[mode], DRAFT, DEPTH)
-    mass = RHO * WIDE[mode] * DRAFT
-    inertia = mass if mode == "heave" else mass * (WIDE[mode] ** 2 + (2 * DRAFT) ** 2) / 12
+    """The box in heave, or in pitch about its centre, which is at the still water level; "roll" is the pitch of a box with
+    round edges."""
+    section, way = Section(WIDE[mode], DRAFT, DEPTH, BILGE[mode]), "heave" if mode == "heave" else "pitch"
+    inertia = RHO * section.area() if mode == "heave" else 0.5 * RHO * 4 * _polar(section.contour(0.005))
     knots = np.linspace(1.0, 30.0, 30)
     cache: list = []
 
     def coefficients(omega: float) -> tuple[float, float]:
         if not cache:
-            cache.append(np.array([section.coefficients(w, mode) for w in knots]).T)
+            cache.append(np.array([section.coefficients(w, way) for w in knots]).T)
         return tuple(np.interp(omega, knots, row) for row in cache[0])
 
-    return Free(inertia, section.stiffness(mode), coefficients, *((0.02, 1.45) if mode == "heave" else (0.1, 1.55)))
+    return Free(inertia, section.stiffness(way), coefficients, *((0.02, 1.45) if mode == "heave" else (0.1, 1.55)))
+
+
+def _polar(contour: np.ndarray) -> float:
+    """Polar moment [m4] of the area between a contour (n, 2) and the origin."""
+    (x, z), (u, w) = contour[:-1].T, contour[1:].T
+    return float((np.abs(x * w - u * z) * (x * x + x * u + u * u + z * z + z * w + w * w)).sum() / 12)
 
 
 def box_scene(mode: str):
@@ -105,20 +112,26 @@ def box_scene(mode: str):
         height = free.start if mode == "heave" else 0.0
         joint = models.HEAVE if mode == "heave" else models.PITCH
         text = models.body("box", (0, 0, height), joint, "box", (WIDE[mode] / 2, 0.5, DRAFT), 0.5 * RHO)
-        if mode == "pitch":
+        if mode == "roll":
+            corner = Section(WIDE[mode], DRAFT, DEPTH, BILGE[mode]).contour(0.005)
+            points = [(a * x, y, b * z) for x, z in corner for a in (-1, 1) for b in (-1, 1) for y in (-0.5, 0.5)]
+            text = text.replace(f'type="box" size="{WIDE[mode] / 2:.9g} 0.5 {DRAFT:.9g}"', 'type="mesh" mesh="hull"')
+            mesh = " ".join(f"{value:.9g}" for point in points for value in point)
+            asset = f'<asset><mesh name="hull" vertex="{mesh}"/></asset>'
+        if mode != "heave":
             text = text.replace("<body ", f'<body euler="0 {math.degrees(free.start):.9g} 0" ')
         beaches = [{"start": side * BEACH, "end": side * HALF, "rate": 10.0} for side in (-1, 1)]
         return {
             "duration": free.duration,
             "tank": {"min": [-HALF, -DEPTH], "max": [HALF, 0.4]},
             "damping": beaches,
-            "bodies": models.write(folder, [text]),
+            "bodies": models.write(folder, [text], assets=asset if mode == "roll" else ""),
         }
 
     return scene
 
 
-BOXES = {mode: box(mode) for mode in ("heave", "pitch")}
+BOXES = {mode: box(mode) for mode in WIDE}
 
 
 # ------------------------------------------------------------------------------------------ bodies in three dimensions
@@ -186,6 +199,12 @@ CASES = {
         "Linear theory: boundary elements, memory of the fluid included.",
         {"coarse": 0.02, "medium": 0.01, "paper": 0.005}, box_scene("pitch"),
         lambda sim: Swing(sim, BOXES["pitch"]), TARGET,
+    ),
+    "decay_roll_2d": Case(
+        "decay_roll_2d", "The box that pitches, with edges of a radius of 8 cm, is let go 0.1 rad from its rest, 2D",
+        "Linear theory: boundary elements, memory of the fluid included.",
+        {"coarse": 0.02, "medium": 0.01, "paper": 0.005}, box_scene("roll"),
+        lambda sim: Swing(sim, BOXES["roll"]), TARGET,
     ),
     "decay_sphere": Case(
         "decay_sphere", "A half immersed sphere of radius 0.3 m is let go 6 cm above its rest and heaves, 3D",

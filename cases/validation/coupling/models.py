@@ -8,7 +8,7 @@ from pathlib import Path
 from fsi.layout import FIRST_BODY
 
 FILE = """<mujoco>
-  <option timestep="0.02" integrator="implicitfast" gravity="0 0 {gravity}"/>
+  <option timestep="0.02" integrator="implicitfast" gravity="0 0 {gravity}"/>{assets}
   <worldbody>
 {bodies}
   </worldbody>
@@ -32,10 +32,10 @@ def body(
     return BODY.format(name=name, x=x, y=y, z=z, joint=joint, shape=shape, size=attributes, density=f"{density:.9g}")
 
 
-def write(folder: Path, bodies: Sequence[str], gravity: float = 9.81) -> dict:
-    """Write a body file; the `bodies` of a scene that holds it."""
+def write(folder: Path, bodies: Sequence[str], gravity: float = 9.81, assets: str = "") -> dict:
+    """Write a body file, with what stands before its world; the `bodies` of a scene that holds it."""
     file = Path(folder, "bodies.xml")
-    file.write_text(FILE.format(gravity=-gravity, bodies="\n".join(bodies)), encoding="utf-8")
+    file.write_text(FILE.format(gravity=-gravity, assets=assets, bodies="\n".join(bodies)), encoding="utf-8")
     return {"set": {"mjcf": str(file)}}
 
 

@@ -48,13 +48,30 @@ def _line(a, b, size: float, grow: float = 1.0) -> np.ndarray:
 
 
 class Section:
-    """A rectangular section of this width and draft [m] in water of this depth [m]; `centre` (z) [m] is the point that
-    pitch turns about."""
+    """A rectangular section of this width and draft [m], with bilges of the radius `bilge` [m], in water of this depth [m];
+    `centre` (z) [m] is the point that pitch turns about."""
 
     def __init__(
-        self, width: float, draft: float, depth: float, centre: float = 0.0, g: float = 9.81, rho: float = 1e3
+        self,
+        width: float,
+        draft: float,
+        depth: float,
+        bilge: float = 0.0,
+        centre: float = 0.0,
+        g: float = 9.81,
+        rho: float = 1e3,
     ):
-        self.width, self.draft, self.depth, self.centre, self.g, self.rho = width, draft, depth, centre, g, rho
+        self.width, self.draft, self.depth, self.bilge, self.centre, self.g, self.rho = (
+            width, draft, depth, bilge, centre, g, rho,
+        )  # fmt: skip
+
+    def contour(self, size: float) -> np.ndarray:
+        """Points (n, 2) from the water line on the right down to the middle of the bottom, `size` apart [m]."""
+        half, r = 0.5 * self.width, self.bilge
+        angle = np.linspace(0, 0.5 * math.pi, 1 + max(1, math.ceil(0.5 * math.pi * r / size)) if r else 1)[:, None]
+        corner = np.array([half - r, r - self.draft]) + r * np.hstack([np.cos(angle), -np.sin(angle)])
+        side, bottom = _line((half, 0), (half, r - self.draft), size), _line(corner[-1], (0, -self.draft), size)
+        return np.vstack([side[:-1], corner, bottom[1:]])
 
     def coefficients(self, omega: float, mode: str) -> tuple[float, float]:
         """Added mass and damping per length for `mode` "heave" [kg/m, kg/(m s)] or "pitch" [kg m, kg m/s]."""
@@ -62,10 +79,10 @@ class Section:
         size = min(0.03 * self.width, 0.03 * 2 * math.pi / k)
         far = 0.5 * self.width + max(2 * self.depth, 2 * math.pi / k)
         half = 0.5 * self.width
-        body = [_line((half, -self.draft), (0, -self.draft), size), _line((half, 0), (half, -self.draft), size)]
+        body = self.contour(size)
         surface = _line((half, 0), (far, 0), size, 1.04)[::-1]
         out = _line((far, 0), (far, -self.depth), 2 * size)[::-1]
-        lines = [*body, surface, out]  # the normal, to the right of the direction, points out of the fluid
+        lines = [body, surface, out]  # the normal, to the right of the direction, points out of the fluid
         start, end = np.vstack([p[:-1] for p in lines]), np.vstack([p[1:] for p in lines])
         counts = np.cumsum([len(p) - 1 for p in lines])
         middle = 0.5 * (start + end)
@@ -75,7 +92,7 @@ class Section:
                 seen = middle * [flip, -1 if shift else 1] - [0, 2 * self.depth if shift else 0]
                 a, b = _influence(seen, start, end)
                 single, double = single + factor * a, double + factor * b
-        b, s = counts[1], counts[2]
+        b, s = counts[0], counts[1]
         along = (end - start)[:b]
         length = np.linalg.norm(along, axis=1)
         normal = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
@@ -91,8 +108,13 @@ class Section:
         """Restoring force per heave [N/m2], or moment per pitch of a body whose weight acts at `centre` [N]."""
         if mode == "heave":
             return self.rho * self.g * self.width
-        lever = -0.5 * self.draft - self.centre
-        return self.rho * self.g * (self.width**3 / 12 + self.width * self.draft * lever)
+        x, z = self.contour(1e-3 * self.width).T
+        moment = -((x[1:] + x[:-1]) * (z[1:] + z[:-1]) / 2 * np.diff(z)).sum()  # of the area under water
+        return self.rho * self.g * (self.width**3 / 12 + moment - self.area() * self.centre)
+
+    def area(self) -> float:
+        """Area under water [m2]."""
+        return self.width * self.draft - (2 - 0.5 * math.pi) * self.bilge**2
 
 
 def release(
