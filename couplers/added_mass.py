@@ -15,10 +15,10 @@ class AddedMass:
 
     For given positions and velocities the wrench is affine in the joint acceleration a (nv,) that the walls of the
     bodies move with, F(a) = F0 + sum_k R_k (a_k - a0_k). One pressure solution at a0, the acceleration of the last
-    step, gives F0; one linear response to each joint acceleration gives R_k, and with the jacobian J of the bodies the
-    added inertia Ma = -J^T R. `bodies.advance` then solves the equations of motion with (M + Ma), which is stable for
-    any ratio of added to own mass, and the pressure is corrected to the acceleration that came out. Very light bodies
-    carry a `reserve` besides, for what the fluid answers a step later.
+    step, gives F0 and along with it the linear response R_k to each joint acceleration, and with the jacobian J of the
+    bodies the added inertia Ma = -J^T R. `bodies.advance` then solves the equations of motion with (M + Ma), which is
+    stable for any ratio of added to own mass, and the pressure is corrected to the acceleration that came out. Very
+    light bodies carry a `reserve` besides, for what the fluid answers a step later.
 
     `acceleration` (nv,) is the scheme's only memory.
     """
@@ -35,8 +35,8 @@ class AddedMass:
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
         motion, start = bodies.motion(), self.acceleration
-        wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
-        response = self._response = respond(fluid, bodies, motion)
+        wrench, response = respond(fluid, bodies, motion, start)
+        self._response = response
         if response is None:
             self.acceleration = bodies.advance(dt, wrench, np.zeros((start.size, start.size)), start)
             return wrench

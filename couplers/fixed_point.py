@@ -44,9 +44,10 @@ class FixedPoint:
         for attempt in range(PASSES):
             if attempt:
                 bodies.restore(state)
-            wrench = fluid.pressure(motion.jacobian @ guess + motion.bias)
             if attempt == 0 and self._count % WATCH == 0:
-                self._response = respond(fluid, bodies, motion)
+                wrench, self._response = respond(fluid, bodies, motion, guess)
+            else:
+                wrench = fluid.pressure(motion.jacobian @ guess + motion.bias)
             found = bodies.advance(dt, wrench, none, guess)
             rest, force = found - guess, (wrench[:, :3] ** 2).sum(1)
             sizes.append(np.sqrt(rest @ inertia @ rest))

@@ -27,9 +27,10 @@ class Lagged:
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the wrench (b, 6) of the fluid about their centres of mass."""
         motion, start = bodies.motion(), self.acceleration
-        wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
         if self._count % WATCH == 0:
-            self._response = respond(fluid, bodies, motion)
+            wrench, self._response = respond(fluid, bodies, motion, start)
+        else:
+            wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
         self._count += 1
         self.acceleration = bodies.advance(dt, wrench, np.zeros((start.size, start.size)), start)
         return wrench

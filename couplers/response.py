@@ -36,13 +36,18 @@ class Response:
         return np.linalg.eigvalsh(scaled + scaled.transpose(0, 2, 1)).max(1, initial=0.0) / 2
 
 
-def respond(fluid: FluidLoads, bodies: BodySet, motion: BodyMotion) -> Response | None:
-    """The response of the fluid as it is; None where no joint moves a wet body, as far as the fluid can tell."""
+def respond(
+    fluid: FluidLoads, bodies: BodySet, motion: BodyMotion, acceleration: np.ndarray
+) -> tuple[np.ndarray, Response | None]:
+    """Update the pressure for a joint acceleration (nv,): the wrench (b, 6), and the response of the fluid; None where no
+    joint moves a wet body, as far as the fluid can tell."""
     seen = list(PLANE) if bodies.dimension == 2 else list(range(6))
+    of_bodies = motion.jacobian @ acceleration + motion.bias
     dofs = np.flatnonzero(np.abs(motion.jacobian[:, seen]).max(axis=(0, 1), initial=0.0) > 1e-12)
     if dofs.size == 0:
-        return None
-    return Response(dofs, motion.jacobian, *fluid.response(motion.jacobian[:, :, dofs].transpose(2, 0, 1)))
+        return fluid.pressure(of_bodies), None
+    wrench, *changes = fluid.respond(of_bodies, motion.jacobian[:, :, dofs].transpose(2, 0, 1))
+    return wrench, Response(dofs, motion.jacobian, *changes)
 
 
 def mass_ratio(response: Response | None, bodies: BodySet) -> np.ndarray | None:

@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 from numba import njit
 
+from fsi.compiled import helper
 from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, component, dot, other, other_vector, own_vector, store, zero, zero_vector
 from fsi.sweeps import touches
@@ -95,17 +96,22 @@ def make_drag(lanes: int, dim: int):
 
 
 @cache
-def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool = True):
+def make_extrapolation(lanes: int, dim: int, columns: int = 0):
     """Pressure of the boundary particles from the fluid's (Adami et al. 2012, eq. 27):
-    p_b = (sum W p_j + lift_b) / sum W, with lift_b = rho (g - a_b) . sum r_j W x_bj (`lift_of`), for one pressure or
-    several columns of them. With `everywhere` off only groups that touch the box `low` to `high` take part."""
+    p_b = (sum W p_j + lift_b) / sum W, with lift_b = rho (g - a_b) . sum r_j W x_bj (`lift_of`). With `columns` also that of
+    the responses in `echo` (n, m) with theirs, in the groups that touch the box `low` to `high` (`fsi.echo`)."""
     L, DIM, M = lanes, dim, columns
     P = dim
 
-    @compiled(lanes, dim, columns, everywhere)
-    def extrapolate(counter, bounds, groups, first, rows, weights, lift, k, low, high):
+    @helper(lanes, dim)
+    def weight(rows, x_i, j, k):
+        x_ij = x_i - other_vector(rows, j, 0, L, DIM)
+        return kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
+
+    @compiled(lanes, dim, columns)
+    def extrapolate(counter, bounds, groups, first, rows, weights, lift, k, echo, echo_lift, low, high):
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(M * L, rows.dtype)
+        t_ = np.empty((1 + M) * L, rows.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -113,21 +119,27 @@ def make_extrapolation(lanes: int, dim: int, columns: int = 1, everywhere: bool 
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                if not everywhere and not touches(rows, s, e, low, high, 1.0 / k.inverse_support):
-                    continue
-                x_i = own_vector(rows, s, 0, L, DIM)
-                total = zero_vector(rows, L, M)
-                for n in range(base + span[g, 0], base + span[g, 1]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(rows, j, 0, L, DIM)
-                    w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    total = total + w * other_vector(rows, j, P, L, M)
+                x_i, total = own_vector(rows, s, 0, L, DIM), zero(rows, L)
+                reached = touches(rows, s, e, low, high, 1.0 / k.inverse_support) if M > 0 else False
+                if reached:
+                    totals = zero_vector(rows, L, M)
+                    for n in range(base + span[g, 0], base + span[g, 1]):
+                        j = at(lst, n)
+                        w = weight(rows, x_i, j, k)
+                        total = total + w * other(rows, j, P, L)
+                        totals = totals + w * other_vector(echo, j, 0, L, M)
+                    store(t_, L, totals)
+                else:
+                    for n in range(base + span[g, 0], base + span[g, 1]):
+                        j = at(lst, n)
+                        total = total + weight(rows, x_i, j, k) * other(rows, j, P, L)
                 store(t_, 0, total)
                 for i in range(s, e):
-                    b = i - first
-                    for m in range(M):
-                        p = t_[m * L + i - s] + lift[b, m]
-                        rows[i, P + m] = p / weights[b, 0] if weights[b, 0] > 0.0 else 0.0
+                    b, full = i - first, weights[i - first, 0]
+                    rows[i, P] = (t_[i - s] + lift[b, 0]) / full if full > 0.0 else 0.0
+                    if reached:
+                        for m in range(M):
+                            echo[i, m] = (t_[(1 + m) * L + i - s] + echo_lift[b, m]) / full if full > 0.0 else 0.0
 
     return extrapolate
 
@@ -158,14 +170,14 @@ def lift_of(position, owner, centre, acceleration, twist, fall, density, weights
 
 
 @cache
-def make_force(lanes: int, dim: int, columns: int = 1):
-    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (m, b, DIM) for
-    one pressure or several columns of them: the exact opposite of its forces on the fluid."""
+def make_force(lanes: int, dim: int, column: int, columns: int):
+    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (m, b, DIM), for the
+    pressures in so many columns of `values` from `column` on: the exact opposite of its forces on the fluid."""
     L, DIM, M = lanes, dim, columns
-    P, Z = dim, dim - 1
+    P, Z = column, dim - 1
 
-    @compiled(lanes, dim, columns)
-    def press(counter, bounds, groups, first, rows, owner, least, force, k):
+    @compiled(lanes, dim, column, columns)
+    def press(counter, bounds, groups, first, rows, values, owner, least, force, k):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(DIM * M * L, rows.dtype)
         while True:
@@ -177,13 +189,13 @@ def make_force(lanes: int, dim: int, columns: int = 1):
                 s, e = group[g], group[g + 1]
                 if owner[s - first : e - first].max() < least:
                     continue
-                x_i, p_i = own_vector(rows, s, 0, L, DIM), own_vector(rows, s, P, L, M)
+                x_i, p_i = own_vector(rows, s, 0, L, DIM), own_vector(values, s, P, L, M)
                 total_x, total_y, total_z = zero_vector(rows, L, M), zero_vector(rows, L, M), zero_vector(rows, L, M)
                 for n in range(base + span[g, 0], base + span[g, 1]):
                     j = at(lst, n)
                     x_ij = x_i - other_vector(rows, j, 0, L, DIM)
                     f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    p_j = other_vector(rows, j, P, L, M)
+                    p_j = other_vector(values, j, P, L, M)
                     total_x = total_x + pressure_gradient(f, p_i, p_j, component(x_ij, 0))
                     total_z = total_z + pressure_gradient(f, p_i, p_j, component(x_ij, Z))
                     if DIM == 3:

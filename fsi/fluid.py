@@ -9,13 +9,14 @@ import numpy as np
 
 from fsi import boundary, corrector, sweeps
 from fsi.cells import CellSort, Grid, whole
+from fsi.echo import Echo, box_around
 from fsi.lanes import width
 from fsi.layout import FIRST_BODY, Layout
 from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import iteration, solution
 from fsi.rheology import Rheology, varies, viscid
-from fsi.rows import gather, largest_change, pack_boundary, pack_echo, pack_fluid
+from fsi.rows import gather, largest_change, pack_boundary, pack_fluid
 from fsi.scene import Scene
 from fsi.scheme import sweep_constants
 from fsi.threads import Team
@@ -37,7 +38,7 @@ class Fluid:
         self.depth = layout.depth
         self._solves = scene.numerics.solver == "converged"
         how = solution(scene, layout.depth) if self._solves else iteration(scene.numerics)
-        self.weights = self.used = how.weights  # of the sweeps of a step, and of those that the last one took
+        self.weights = how.weights  # of the sweeps of a step
         self.sweeps, self.most_sweeps, self.unsolved = 0, 0, 0  # so far, in one step, steps that ran out of them
         self.k = sweep_constants(scene, layout.depth, self.dtype)
         self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
@@ -78,7 +79,7 @@ class Fluid:
         artificial = numerics.artificial_viscosity > 0
         self._predictor = sweeps.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         self._source = sweeps.make_source(L, D, dense)
-        self._sweep = sweeps.make_sweep(L, D, dense)
+        self._dense = dense
         guarded = self.scene.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = corrector.make_corrector(
             L, D, guarded, len(self.zones) > 0, shifted, dense, shifted and surface
@@ -88,7 +89,6 @@ class Fluid:
         self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None
         self._viscous = laminar or numerics.artificial_viscosity > 0
         self._weights = boundary.make_weights(L, D, self._no_slip, dense)
-        self._extrapolation = boundary.make_extrapolation(L, D)
 
     def _allocate(self) -> None:
         b, dim = len(self.boundary), self.dim
@@ -118,7 +118,7 @@ class Fluid:
         self._flow = np.zeros((rows, width), self.dtype) if self._viscous else self._trial
         self._field = np.zeros((rows, 5 if dense and dim == 3 else 4), self.dtype)
         self._twin = np.zeros_like(self._field) if len(self.weights) > 1 else self._field
-        self._echoes = []
+        self._echoes, self._silence = [], Echo.none(dim, self.dtype)
         self._coefficients = np.zeros((n, 5 if self.scene.shifting else 4), self.dtype)
 
     # -------------------------------------------------------------------------------------- one step
@@ -266,7 +266,7 @@ class Fluid:
         total = r.sum() * self.fall
         return total if self.fall_gradient is None else total + self.fall_gradient @ (r @ self.position[real])
 
-    def pressure(self, acceleration: np.ndarray) -> np.ndarray:
+    def pressure(self, acceleration: np.ndarray, echo: Echo | None = None) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
         self._acceleration = acceleration
         self._set_lift(acceleration[None], self._twist, self.fall, self._lift)
@@ -279,15 +279,49 @@ class Fluid:
         if self.scene.closed:
             self._balance_source()
         self.periodic.mirror(self._field, slice(self.dim, None))
+        if echo:
+            self._rouse(echo)
         if len(self.weights) > 1:
             self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
-        self._relax(self.weights[1:], self.scene.numerics.pressure_tolerance if self._solves else None)
+        self._relax(self.weights[1:], self.scene.numerics.pressure_tolerance if self._solves else None, echo)
         if self.scene.closed:
             p = self._field[: self.count, self.dim]
             p -= p[self.label >= 0].min() if self.scene.gravity > 0 else p[self.label >= 0].mean()
-        self._extrapolate(self._field)
+        self._extrapolate(self._field, echo)
         wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
         return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
+
+    def respond(self, acceleration: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`pressure`, and what each acceleration in `units` (m, owners, 6) adds: the wrench (owners, 6), then the changes
+        of the pressure (m, rows), valid until the next call, and of the wrench (m, owners, 6). They are exact, because
+        the update is linear in the acceleration, and confined to what the motion of the owners can reach in it."""
+        m, n = len(units), self.count + self._solids
+        if len(self._echoes) == 0 or self._echoes[0].shape != (len(self._field), m):
+            self._echoes = [np.zeros((len(self._field), m), self.dtype) for _ in range(2)]
+        lift = np.zeros((self._solids, m), self.dtype)
+        self._set_lift(units, np.zeros_like(self._twist), np.zeros(self.dim), lift)
+        echo = Echo(*self._echoes, lift, self._box_of(units), 2 * self.scene.smoothing_length)
+        wrench = self.pressure(acceleration, echo)
+        changes = self._wrenches(echo.rows, m, column=0)
+        return wrench, echo.rows[:n].T, changes + self._grasp(units) if self._stiff else changes
+
+    def _box_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The box around the boundary particles that move with `units` (m, owners, 6), relative to the grid; a little
+        larger, so that none of them is rounded out of it in single precision."""
+        owners = np.flatnonzero(np.abs(units).max((0, 2)) > 0)
+        clouds = (self.boundary[self.of_owner(owner)] for owner in owners)
+        low, high = box_around(clouds, 0.1 * self.scene.spacing, self.dim)
+        return low - self.grid.lower, high - self.grid.lower
+
+    def _rouse(self, echo: Echo) -> None:
+        """The first sweep of responses."""
+        echo.begin(self.count, self._shepard)
+        echo.spread()
+        near = self._near
+        self.team.run(
+            sweeps.make_onset(self.lanes, self.dim, self._dense, echo.columns), near.bounds, near.groups, self._field,
+            self._coefficients, self.k, self.dtype(self.weights[0][0]), echo.rows, echo.low, echo.high,
+        )  # fmt: skip
 
     def _grasp(self, accelerations: np.ndarray) -> np.ndarray:
         """Change (m, owners, 6) of the viscous wrench over the step by accelerations (m, owners, 6): implicit viscosity is
@@ -303,18 +337,17 @@ class Fluid:
             self._add_wrenches(-self.dt * grip[:, None] * along, total, least=FIRST_BODY)
         return wrenches
 
-    def _relax(self, weights, tolerance: float | None) -> None:
+    def _relax(self, weights, tolerance: float | None, echo: Echo | None = None) -> None:
         """Sweeps with these weights, until one changes the pressure by less than tolerance times its maximum."""
         taken = 0
         for alpha, beta in weights:
-            self._extrapolate(self._field)
-            self._advance_pressure(alpha, beta)
+            self._extrapolate(self._field, echo)
+            self._advance_pressure(alpha, beta, echo)
             taken += 1
             if tolerance and self._change(self._twin) <= tolerance:
                 break
         else:
             self.unsolved += tolerance is not None
-        self.used = self.weights[: 1 + taken]
         self.sweeps, self.most_sweeps = self.sweeps + 1 + taken, max(self.most_sweeps, 1 + taken)
 
     def settle(self, acceleration: np.ndarray, tolerance: float = 1e-5, most: int = 5000) -> None:
@@ -328,39 +361,6 @@ class Fluid:
         self.sweeps = self.most_sweeps = 0
         self.pressure_values[:] = self._field[: self.count, self.dim]
         self.velocity[:] = velocity
-
-    def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Changes of the pressure (m, rows) and of the wrench (m, owners, 6) by each of these accelerations
-        (m, owners, 6) of the owners, exact because the pressure update is linear in them. Only the surroundings that a
-        motion of the owners can reach in a step take part."""
-        m, n, P = len(accelerations), self.count + self._solids, self.dim
-        dense = self._relative is not None
-        if len(self._echoes) == 0 or self._echoes[0].shape[1] != P + m + dense:
-            self._echoes = [np.zeros((len(self._field), P + m + dense), self.dtype) for _ in range(2)]
-        field, twin = self._echoes
-        self.team.run(pack_echo, whole(n), self._field, P, m, field, twin)
-        lift = np.zeros((self._solids, m), self.dtype)
-        self._set_lift(accelerations, np.zeros_like(self._twist), np.zeros(P), lift)
-        low, high = self._box_of(np.flatnonzero(np.abs(accelerations).max((0, 2)) > 0))
-        reach = 2 * self.scene.smoothing_length
-        extrapolation = boundary.make_extrapolation(self.lanes, P, m, everywhere=False)
-        echo = sweeps.make_echo(self.lanes, P, m, dense)
-        near, shore = self._near, self._boundary_near
-        wall = shore.bounds, shore.groups, self.count
-        self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
-        for alpha, beta in self.used:
-            low, high = low - reach, high + reach
-            self.team.run(
-                echo, near.bounds, near.groups, field, twin, self._coefficients, self.k,
-                self.dtype(alpha), self.dtype(beta), low, high,
-            )  # fmt: skip
-            field, twin = twin, field
-            low, high = low - reach, high + reach  # as far as the boundary feels the fluid that has changed
-            self.team.run(extrapolation, *wall, field, self._shepard, lift, self.k, low, high)
-        wrenches = self._wrenches(field, m)
-        return np.ascontiguousarray(field[:n, P : P + m].T), wrenches + self._grasp(
-            accelerations
-        ) if self._stiff else wrenches
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""
@@ -394,7 +394,7 @@ class Fluid:
 
     def wrench(self, viscous: bool = False, walls: bool = False) -> np.ndarray:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
-        wrench = self._wrenches(self._field, 1, least=0 if walls else 1)[0]
+        wrench = self._wrenches(self._field, 1, column=self.dim, least=0 if walls else 1)[0]
         if viscous and self._no_slip and self._solids:
             near, least = self._boundary_near, 0 if walls else 1
             self.team.run(
@@ -404,16 +404,16 @@ class Fluid:
             self._add_wrenches(self._viscous_force, wrench, least)
         return wrench
 
-    def _wrenches(self, rows: np.ndarray, columns: int, least: int = 1) -> np.ndarray:
-        """Wrenches (m, owners, 6) of the pressures in the columns of `rows`."""
+    def _wrenches(self, values: np.ndarray, columns: int, column: int, least: int = 1) -> np.ndarray:
+        """Wrenches (m, owners, 6) of the pressures in the columns of `values` from `column` on."""
         wrench = np.zeros((columns, self.owners, 6))
         if self._solids:
             if len(self._pressure_force) < columns:
                 self._pressure_force = np.zeros((columns, len(self.boundary), self.dim))
             near = self._boundary_near
             self.team.run(
-                boundary.make_force(self.lanes, self.dim, columns), near.bounds, near.groups, self.count, rows,
-                self._sorted_owner[: self._solids], least, self._pressure_force, self.k,
+                boundary.make_force(self.lanes, self.dim, column, columns), near.bounds, near.groups, self.count,
+                self._field, values, self._sorted_owner[: self._solids], least, self._pressure_force, self.k,
             )  # fmt: skip
             for force, total in zip(self._pressure_force, wrench, strict=False):
                 self._add_wrenches(force, total, least)
@@ -443,12 +443,14 @@ class Fluid:
             self.scene.fluid.density, self._shepard[:b], lift,
         )  # fmt: skip
 
-    def _extrapolate(self, rows) -> None:
+    def _extrapolate(self, rows, echo: Echo | None = None) -> None:
+        """Pressures of the boundary; those of responses with them."""
         if self._solids:
-            near, nowhere = self._boundary_near, np.zeros(self.dim)
+            near, echo = self._boundary_near, echo or self._silence
+            echo.spread()
             self.team.run(
-                self._extrapolation, near.bounds, near.groups, self.count, rows, self._shepard, self._lift, self.k,
-                nowhere, nowhere,
+                boundary.make_extrapolation(self.lanes, self.dim, echo.columns), near.bounds, near.groups, self.count,
+                rows, self._shepard, self._lift, self.k, echo.rows, echo.lift, echo.low, echo.high,
             )  # fmt: skip
 
     def _balance_source(self) -> None:
@@ -460,25 +462,18 @@ class Fluid:
         weight = 1 + coefficients[:, sweeps.INNER] * self.dtype(self.weights[0][0] - 1)
         self._field[: self.count, self.dim] += weight * mean / coefficients[:, sweeps.DIAGONAL]
 
-    def _advance_pressure(self, alpha: float, beta: float) -> None:
+    def _advance_pressure(self, alpha: float, beta: float, echo: Echo | None = None) -> None:
         """One sweep (`fsi.pressure`)."""
-        near = self._near
+        near, echo = self._near, echo or self._silence
+        echo.spread()
         self.team.run(
-            self._sweep, near.bounds, near.groups, self._field, self._twin, self._coefficients, self.k,
-            self.dtype(alpha), self.dtype(beta),
+            sweeps.make_sweep(self.lanes, self.dim, self._dense, echo.columns), near.bounds, near.groups, self._field,
+            self._twin, self._coefficients, self.k, self.dtype(alpha), self.dtype(beta), echo.rows, echo.twin, echo.low,
+            echo.high,
         )  # fmt: skip
         self.periodic.mirror(self._twin, slice(self.dim, None))
         self._field, self._twin = self._twin, self._field
-
-    def _box_of(self, owners) -> tuple[np.ndarray, np.ndarray]:
-        """The box around the boundary particles of these owners, relative to the grid; an empty one without any. It is a
-        little larger, so that none of them is rounded out of it in single precision."""
-        clouds = [cloud for owner in owners if len(cloud := self.boundary[self.of_owner(owner)])]
-        if not clouds:
-            return np.full(self.dim, np.inf), np.full(self.dim, -np.inf)
-        low, high = np.min([c.min(0) for c in clouds], axis=0), np.max([c.max(0) for c in clouds], axis=0)
-        slack = 0.1 * self.scene.spacing
-        return low - self.grid.lower - slack, high - self.grid.lower + slack
+        echo.swap()
 
     @property
     def nbytes(self) -> int:

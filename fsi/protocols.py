@@ -137,9 +137,9 @@ class FluidLoads(Protocol):
         """Update the pressure for this acceleration of the bodies; the wrench (b, 6) of the fluid on them. Every call
         starts from the pressure of the last step, so that the same acceleration gives the same pressure, bit for bit."""
 
-    def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Linear changes of the pressure (m opaque arrays) and of the wrench (m, b, 6) by each of these accelerations
-        (m, b, 6)."""
+    def respond(self, acceleration: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same at little more cost with the linear changes by each of the accelerations `units` (m, b, 6): the wrench,
+        then the changes of the pressure (m opaque arrays, valid until the next update) and of the wrench (m, b, 6)."""
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""

@@ -50,24 +50,6 @@ def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, t
 
 
 @njit(nogil=True, cache=True)
-def pack_echo(counter, bounds, rows, dim, columns, *echoes):
-    """Fill the rows of responses, [x, changes of the pressure, relative density if there is one], from those of `field`,
-    with no change yet."""
-    while True:
-        c = claim(counter)
-        if c >= bounds.size - 1:
-            break
-        for echo in echoes:
-            for i in range(bounds[c], bounds[c + 1]):
-                for d in range(dim):
-                    echo[i, d] = rows[i, d]
-                for m in range(columns):
-                    echo[i, dim + m] = 0.0
-                if echo.shape[1] > dim + columns:
-                    echo[i, dim + columns] = rows[i, dim + 1]
-
-
-@njit(nogil=True, cache=True)
 def pack_boundary(order, first, lower, position, velocity, skin, owner, position2, velocity2, skin2, owner2, dt, fall,
                   xs, flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's

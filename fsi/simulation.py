@@ -40,11 +40,12 @@ class BodyLoads:
         self.updates += 1
         return self.fluid.pressure(np.concatenate([self.others, acceleration]))[FIRST_BODY:] + self.carried
 
-    def response(self, accelerations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        self.responses += len(accelerations)
-        still = np.zeros((len(accelerations), *self.others.shape))
-        fields, wrenches = self.fluid.response(np.concatenate([still, accelerations], axis=1))
-        return fields, wrenches[:, FIRST_BODY:]
+    def respond(self, acceleration: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self.updates += 1
+        self.responses += len(units)
+        units = np.concatenate([np.zeros((len(units), *self.others.shape)), units], axis=1)
+        wrench, changes, wrenches = self.fluid.respond(np.concatenate([self.others, acceleration]), units)
+        return wrench[FIRST_BODY:] + self.carried, changes, wrenches[:, FIRST_BODY:]
 
     def add(self, response: np.ndarray, factor: float) -> None:
         self.fluid.add(response, factor)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
+from fsi.compiled import helper
 from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, dot, other, other_vector, own, own_vector, store, zero, zero_vector
 from fsi.terms import (
@@ -200,16 +201,35 @@ def make_source(lanes: int, dim: int, dense: bool):
 
 
 @cache
-def make_sweep(lanes: int, dim: int, dense: bool):
-    """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
-    beta (p - p_before) inside, plain J(p) at the free surface and in spray."""
-    L, DIM = lanes, dim
-    P, R = dim, dim + 1
+def make_weight(lanes: int, dim: int, dense: bool):
+    """The weight of a neighbour's pressure, a_ij over `laplacian_factor`, for rows of `field`."""
+    L, DIM, R = lanes, dim, dim + 1
 
-    @compiled(lanes, dim, dense)
-    def sweep(counter, bounds, groups, field, new, coefficients, k, alpha, beta):
+    @helper(lanes, dim, dense)
+    def weight(field, x_i, r_i, j, k):
+        x_ij = x_i - other_vector(field, j, 0, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+        if dense:
+            a = a * lightness(r_i, partner(r_i, other(field, j, R, L)))
+        return a
+
+    return weight
+
+
+@cache
+def make_sweep(lanes: int, dim: int, dense: bool, columns: int = 0):
+    """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
+    beta (p - p_before) inside, plain J(p) at the free surface and in spray. With `columns` the responses in `echo` (n, m)
+    are taken along into `new_echo`, in the groups that touch the box `low` to `high` (`fsi.echo`); they have no source."""
+    L, DIM, M = lanes, dim, columns
+    P, R = dim, dim + 1
+    weight = make_weight(lanes, dim, dense)
+
+    @compiled(lanes, dim, dense, columns)
+    def sweep(counter, bounds, groups, field, new, coefficients, k, alpha, beta, echo, new_echo, low, high):
         offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(L, field.dtype)
+        t_ = np.empty((1 + M) * L, field.dtype)
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -217,38 +237,47 @@ def make_sweep(lanes: int, dim: int, dense: bool):
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                x_i = own_vector(field, s, 0, L, DIM)
-                pull = zero(field, L)
-                if dense:
-                    r_i = own(field, s, R, L)
-                for n in range(base + span[g, 0], base + span[g, 2]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(field, j, 0, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    f = slope(closeness(r2, k.inverse_support))
-                    a = laplacian_weight(f, r2, k.eta2)
-                    if dense:
-                        a = a * lightness(r_i, partner(r_i, other(field, j, R, L)))
-                    pull = pull + a * other(field, j, P, L)
+                x_i, pull = own_vector(field, s, 0, L, DIM), zero(field, L)
+                r_i = own(field, s, R, L) if dense else zero(field, L)
+                reached = touches(field, s, e, low, high, 1.0 / k.inverse_support) if M > 0 else False
+                if reached:
+                    pulls = zero_vector(field, L, M)
+                    for n in range(base + span[g, 0], base + span[g, 2]):
+                        j = at(lst, n)
+                        a = weight(field, x_i, r_i, j, k)
+                        pull = pull + a * other(field, j, P, L)
+                        pulls = pulls + a * other_vector(echo, j, 0, L, M)
+                    store(t_, L, pulls)
+                else:
+                    for n in range(base + span[g, 0], base + span[g, 2]):
+                        j = at(lst, n)
+                        pull = pull + weight(field, x_i, r_i, j, k) * other(field, j, P, L)
                 store(t_, 0, pull)
                 for i in range(s, e):
                     jacobi = (k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
                     p = field[i, P]
                     inner = coefficients[i, INNER]
-                    new[i, P] = p + (1.0 + inner * (alpha - 1.0)) * (jacobi - p) + inner * beta * (p - new[i, P])
+                    step = 1.0 + inner * (alpha - 1.0)
+                    new[i, P] = p + step * (jacobi - p) + inner * beta * (p - new[i, P])
+                    if reached:
+                        for m in range(M):
+                            q, jacobi = (
+                                echo[i, m],
+                                k.laplacian_factor * t_[(1 + m) * L + i - s] / coefficients[i, DIAGONAL],
+                            )
+                            new_echo[i, m] = q + step * (jacobi - q) + inner * beta * (q - new_echo[i, m])
 
     return sweep
 
 
 @cache
-def make_echo(lanes: int, dim: int, columns: int, dense: bool):
-    """The sweep without source, for the response of the pressure to motions of the boundary: several columns of
-    pressures at once, in the groups that touch the box `low` to `high`."""
-    L, DIM, M = lanes, dim, columns
-    P, R = dim, dim + columns
+def make_onset(lanes: int, dim: int, dense: bool, columns: int):
+    """The first sweep of the responses, in which only the boundary acts, into the fluid's rows of `echo` (n, m)."""
+    L, DIM, M, R = lanes, dim, columns, dim + 1
+    weight = make_weight(lanes, dim, dense)
 
-    @compiled(lanes, dim, columns, dense)
-    def echo(counter, bounds, groups, field, new, coefficients, k, alpha, beta, low, high):
+    @compiled(lanes, dim, dense, columns)
+    def onset(counter, bounds, groups, field, coefficients, k, alpha, echo, low, high):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(M * L, field.dtype)
         while True:
@@ -258,30 +287,20 @@ def make_echo(lanes: int, dim: int, columns: int, dense: bool):
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                if not touches(field, s, e, low, high, 1.0 / k.inverse_support):
+                if span[g, 1] == span[g, 2] or not touches(field, s, e, low, high, 1.0 / k.inverse_support):
                     continue
-                x_i = own_vector(field, s, 0, L, DIM)
-                pull = zero_vector(field, L, M)
-                if dense:
-                    r_i = own(field, s, R, L)
-                for n in range(base + span[g, 0], base + span[g, 2]):
+                x_i, pulls = own_vector(field, s, 0, L, DIM), zero_vector(field, L, M)
+                r_i = own(field, s, R, L) if dense else zero(field, L)
+                for n in range(base + span[g, 1], base + span[g, 2]):
                     j = at(lst, n)
-                    x_ij = x_i - other_vector(field, j, 0, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    f = slope(closeness(r2, k.inverse_support))
-                    a = laplacian_weight(f, r2, k.eta2)
-                    if dense:
-                        a = a * lightness(r_i, partner(r_i, other(field, j, R, L)))
-                    pull = pull + a * other_vector(field, j, P, L, M)
-                store(t_, 0, pull)
+                    pulls = pulls + weight(field, x_i, r_i, j, k) * other_vector(echo, j, 0, L, M)
+                store(t_, 0, pulls)
                 for i in range(s, e):
-                    inner = coefficients[i, INNER]
+                    step = 1.0 + coefficients[i, INNER] * (alpha - 1.0)
                     for m in range(M):
-                        p, jacobi = field[i, P + m], k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
-                        change = (1.0 + inner * (alpha - 1.0)) * (jacobi - p)
-                        new[i, P + m] = p + change + inner * beta * (p - new[i, P + m])
+                        echo[i, m] = step * k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
 
-    return echo
+    return onset
 
 
 @register_jitable

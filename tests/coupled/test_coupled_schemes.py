@@ -68,8 +68,8 @@ def test_a_response_is_the_difference_of_two_pressures(tmp_path, precision):
     sim.fluid.predict()
     unit, still = np.zeros((3, sim.fluid.owners, 6)), np.zeros((sim.fluid.owners, 6))
     unit[[0, 1, 2], 2, [0, 2, 4]] = 1.0
-    before = sim.fluid.pressure(still)[2]
-    changes = sim.fluid.response(unit)[1][:, 2]
+    before, _, changes = sim.fluid.respond(still, unit)
+    before, changes = before[2], changes[:, 2]
     for acceleration, change in zip(unit, changes, strict=True):
         moved = sim.fluid.pressure(10 * acceleration)[2]
         assert (moved - before) / 10 == pytest.approx(change, abs=2e-4 * np.abs(changes).max())

@@ -16,9 +16,9 @@ class LinearFluid:
         self.field = acceleration.copy()
         return self.base - self._reaction(acceleration)
 
-    def response(self, accelerations):
-        self.solutions += len(accelerations)
-        return accelerations.copy(), -np.array([self._reaction(each) for each in accelerations])
+    def respond(self, acceleration, units):
+        self.solutions += len(units)
+        return self.pressure(acceleration), units.copy(), -np.array([self._reaction(each) for each in units])
 
     def add(self, response, factor):
         self.field = self.field + factor * response

@@ -84,9 +84,8 @@ def test_responses_between_liquids_are_exact():
     fluid.predict()
     push = np.zeros((1, 3, 6))
     push[0, 2] = [0.3, 0, -0.2, 0, 0.5, 0]
-    resting = fluid.pressure(0 * push[0])
+    resting, fields, wrenches = fluid.respond(0 * push[0], push)
     at_rest = fluid._field[:, 2].copy()
-    fields, wrenches = fluid.response(push)
     pushed = fluid.pressure(push[0])
     n = fields.shape[1]
     assert np.allclose(fluid._field[:n, 2] - at_rest[:n], fields[0], atol=1e-9 * np.abs(fields).max())
