@@ -43,6 +43,7 @@ class BodySet:
         self._spacing, self._layers = scene.spacing, scene.layers
         self.model, notes = load_model(scene.bodies, scene.gravity, source)
         self.data = mujoco.MjData(self.model)
+        self._motion: tuple[list[bytes] | None, BodyMotion | None] = (None, None)
         start_from_keyframe(self.model, self.data)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
@@ -104,7 +105,14 @@ class BodySet:
         checks.check_inside(self._solids, self.names, tank, self._spacing, self._layers, self._source)
 
     def motion(self) -> BodyMotion:
-        """Poses, twists and jacobians of the wet bodies at their centres of mass, see `BodyMotion`."""
+        """Poses, twists and jacobians of the wet bodies at their centres of mass, see `BodyMotion`; found once a state."""
+        data = self.data
+        state = [a.tobytes() for a in (data.qpos, data.qvel, data.xipos, data.xmat, data.cdof, data.cvel)]
+        if state != self._motion[0]:
+            self._motion = state, self._find_motion()
+        return self._motion[1]
+
+    def _find_motion(self) -> BodyMotion:
         model, data, count = self.model, self.data, len(self._bodies)
         jacobian, rate = np.zeros((count, 6, model.nv)), np.zeros((count, 6, model.nv))
         for b, body in enumerate(self._bodies):

@@ -67,13 +67,15 @@ class Stepper:
         added = bounded(added, own)
         before = data.qvel.copy()
         data.xfrc_applied[bodies] = wrench
-        self._carry(np.diag(added))
+        diagonal, load, inertia = added.diagonal(), added @ a0, (own + added).diagonal()
+        within, coupling = self._split(added)
+        self._carry(diagonal)
         substeps = self._stiff.substeps(dt, data)
         model.opt.timestep = dt / substeps
         for _ in range(substeps):
-            armature, force = self._stiff.implicit(dt / substeps, data, np.diag(own + added))
-            self._carry(np.diag(added) + armature)
-            self._substep(added, a0, force)
+            armature, force = self._stiff.implicit(dt / substeps, data, inertia)
+            self._carry(diagonal + armature)
+            self._substep(load + force, within, coupling, a0)
             self.penetration.watch(data)
         data.xfrc_applied[bodies] = 0.0
         data.qfrc_applied[:] = 0.0
@@ -131,20 +133,27 @@ class Stepper:
     def _carry(self, inertia: np.ndarray) -> None:
         """Add inertia (nv,) to the joints. `mj_setConst` is needed for armature to count on simple joints, and keeps limits
         and contacts as hard as they are without it."""
-        if not np.array_equal(self.model.dof_armature, self._armature + inertia):
-            self.model.dof_armature[:] = self._armature + inertia
+        wanted = self._armature + inertia
+        if (self.model.dof_armature != wanted).any():
+            self.model.dof_armature[:] = wanted
             mujoco.mj_setConst(self.model, self._scratch)
 
-    def _substep(self, added: np.ndarray, a0: np.ndarray, force: np.ndarray) -> None:
-        """One MuJoCo step under a joint force (nv,) with the added inertia, whose diagonal is in the model."""
-        data, (row, column) = self.data, self._entries
+    def _split(self, added: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """What of an added inertia goes into the entries of the mass matrix beside its diagonal, and what is left to couple
+        the joints (nv, nv); None where that is nothing."""
+        row, column = self._entries
         symmetric = (added + added.T) / 2
         within = np.where(row == column, 0.0, symmetric[row, column])
-        coupling = added - np.diag(np.diag(added))
+        coupling = added - np.diag(added.diagonal())
         coupling[row, column] -= within
         coupling[column, row] -= within
-        load = added @ a0 + force
-        if not coupling.any():
+        return within, coupling if coupling.any() else None
+
+    def _substep(self, load: np.ndarray, within: np.ndarray, coupling: np.ndarray | None, a0: np.ndarray) -> None:
+        """One MuJoCo step under a joint force (nv,), with an added inertia that is split (`_split`) and has its diagonal in
+        the model."""
+        data = self.data
+        if coupling is None:
             data.qfrc_applied[:] = load
             self._step(within)
             return
@@ -219,10 +228,12 @@ def bounded(added: np.ndarray, own: np.ndarray) -> np.ndarray:
     `own` (n, n), in any direction. The antisymmetric part, of a pressure that was not solved to the end, does no work.
     All else stays as measured, for the fluid's answer will be just that."""
     symmetric, skew = (added + added.T) / 2, (added - added.T) / 2
-    root = np.linalg.cholesky(own)
-    values, vectors = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, symmetric).T))
-    if values.min(initial=0.0) >= -LEAST:
+    try:
+        np.linalg.cholesky(symmetric + LEAST * own)
         return added
+    except np.linalg.LinAlgError:  # it takes away more in some direction
+        root = np.linalg.cholesky(own)
+    values, vectors = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, symmetric).T))
     vectors = root @ vectors
     return (vectors * np.maximum(values, -LEAST)) @ vectors.T + skew
 

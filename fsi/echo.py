@@ -36,14 +36,14 @@ class Echo:
     def begin(self, count: int, shepard: np.ndarray) -> None:
         """No change of the `count` fluid particles yet; the boundary, whose weights are `shepard` (b, ...), has its lift."""
         end = count + len(self.lift)
-        self.rows[:count] = self.twin[:end] = 0.0
+        self.rows[:end] = self.twin[:end] = 0.0
         weight = shepard[: len(self.lift), :1]
         np.divide(self.lift, weight, out=self.rows[count:end], where=weight > 0)
-        self.rows[count:end][weight[:, 0] <= 0] = 0.0
 
     def spread(self) -> None:
         """From the boundary to the fluid that feels it, or back."""
-        self.low, self.high = self.low - self._reach, self.high + self._reach
+        if self.columns:
+            self.low, self.high = self.low - self._reach, self.high + self._reach
 
     def swap(self) -> None:
         self.rows, self.twin = self.twin, self.rows
@@ -51,8 +51,7 @@ class Echo:
 
 def box_around(clouds: Iterable[np.ndarray], slack: float, dim: int) -> tuple[np.ndarray, np.ndarray]:
     """The box around these points (b, dim), larger by `slack`; an empty one without any."""
-    clouds = [cloud for cloud in clouds if len(cloud)]
-    if not clouds:
-        return np.full(dim, np.inf), np.full(dim, -np.inf)
-    low, high = np.min([c.min(0) for c in clouds], axis=0), np.max([c.max(0) for c in clouds], axis=0)
+    low, high = np.full(dim, np.inf), np.full(dim, -np.inf)
+    for cloud in clouds:
+        low, high = np.minimum(low, cloud.min(0, initial=np.inf)), np.maximum(high, cloud.max(0, initial=-np.inf))
     return low - slack, high + slack

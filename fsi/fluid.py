@@ -164,6 +164,7 @@ class Fluid:
         """Sort and pack everything where it stands now, and find the neighbours. centre (owners, 3), twist
         (owners, 6): of the owners now; smooth (owners, 6, 6) as in `BodyMotion`."""
         self.dt, self._centre, self._twist, self._smooth = dt, centre, twist, smooth
+        self._centre_here = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)
         real, sources = self.count, self._add_ghosts()
         order = self._sort.update(self.position)
         n = self._sort.inside
@@ -328,7 +329,7 @@ class Fluid:
         stiff for bodies too, so that their drag counts with the velocity at the end of the step."""
         b, axes = self._solids, [0, 2] if self.dim == 2 else [0, 1, 2]
         owner, arm = self._sorted_owner[:b], np.zeros((b, 3))
-        arm[:, axes] = self._sorted_boundary[:b] - self._plane(self._centre)[owner]
+        arm[:, axes] = self._sorted_boundary[:b] - self._centre_here[owner]
         shore = self._boundary_near
         grip = self.rheology.grip(shore, self._flow, self.count, b, self.k)
         wrenches = np.zeros((len(accelerations), self.owners, 6))
@@ -375,7 +376,7 @@ class Fluid:
         self.team.run(
             self._corrector, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.label,
             self.position, self.velocity, self.pressure_values, self.fall, self.k, self.dt, self.zones, self.count,
-            self._sorted_boundary, self._sorted_velocity, self._sorted_owner, self._plane(self._centre), impulse, sums,
+            self._sorted_boundary, self._sorted_velocity, self._sorted_owner, self._centre_here, impulse, sums,
         )  # fmt: skip
         self._drop_ghosts()
         impulse = self._smoothed(impulse.sum(0))
@@ -426,12 +427,8 @@ class Fluid:
     def _add_wrenches(self, force: np.ndarray, wrench: np.ndarray, least: int = 0) -> None:
         b = self._solids
         boundary.wrenches(
-            self._sorted_boundary[:b], force[:b], self._sorted_owner[:b], self._plane(self._centre), least, wrench
+            self._sorted_boundary[:b], force[:b], self._sorted_owner[:b], self._centre_here, least, wrench
         )
-
-    def _plane(self, points: np.ndarray) -> np.ndarray:
-        """Points (o, 3) in the axes of the fluid."""
-        return np.ascontiguousarray(points[:, [0, 2]] if self.dim == 2 else points)
 
     def _set_lift(self, accelerations, twist, fall, lift) -> None:
         b = self._solids

@@ -101,16 +101,19 @@ class Stability:
                     )
 
     def _check_bodies(self, before: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> None:
-        size = np.ones((1, 6)) * np.where(np.arange(6) < 3, 1.0, self._sim.movers.reach[:, None])
-        rings = self._ringing((twist - before) * size, self._sim.dt)
-        jumps = self._speeds(twist - before)
-        for b, speed in enumerate(self._speeds(twist)):
-            if not np.isfinite(wrench[b]).all() or not speed < BODY_LIMIT * self._pace:
+        change = twist - before
+        scaled = change.copy()
+        scaled[:, 3:] *= self._sim.movers.reach[:, None]
+        rings = self._ringing(scaled, self._sim.dt)
+        speeds, jumps = self._speeds(np.array([twist, change]))
+        wild = ~np.isfinite(wrench).all(1) | ~(speeds < BODY_LIMIT * self._pace)
+        for b in np.flatnonzero(wild | (jumps > JUMP_LIMIT * self._pace) | rings):
+            speed = speeds[b]
+            if wild[b]:
                 raise self._of_body(b, speed)
             if jumps[b] > JUMP_LIMIT * self._pace:
                 raise self._of_body(b, speed, f"thrown by {jumps[b]:.3g} m/s within a step")
-            if rings[b]:
-                raise self._of_body(b, speed, "thrown back harder in every step")
+            raise self._of_body(b, speed, "thrown back harder in every step")
 
     def _of_body(self, b: int, speed: float, fault: str = "") -> RunError:
         """The error that says which body, when, its added-mass ratio and what to change."""
@@ -126,8 +129,8 @@ class Stability:
         )
 
     def _speeds(self, twist: np.ndarray) -> np.ndarray:
-        """Speed (b,) of the fastest point of each body, or a little more, from twists (b, 6)."""
-        linear, angular = np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)
+        """Speed (..., b) of the fastest point of each body, or a little more, from twists (..., b, 6)."""
+        linear, angular = np.linalg.norm(twist[..., :3], axis=-1), np.linalg.norm(twist[..., 3:], axis=-1)
         return linear + angular * self._sim.movers.reach
 
     def _when(self) -> str:
