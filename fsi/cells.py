@@ -16,6 +16,7 @@ from fsi.lanes import claim
 from fsi.threads import Team, chunk_bounds
 
 ACROSS = 1.75
+PIECE = 32768  # cells whose counts one thread adds up at a time
 
 
 @dataclass(frozen=True)
@@ -68,14 +69,29 @@ def _histogram(counter, bounds, position, lower, low, high, cell, shape, key, co
 
 
 @njit(nogil=True, cache=True)
-def _prefix(counts, start):
-    total = 0
-    for k in range(counts.shape[1]):
-        start[k] = total
-        for c in range(counts.shape[0]):
-            n = counts[c, k]
-            counts[c, k] = total
-            total += n
+def _sum(counter, bounds, counts, totals):
+    """Particles in each piece of the cells."""
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        totals[c] = counts[:, bounds[c] : bounds[c + 1]].sum()
+
+
+@njit(nogil=True, cache=True)
+def _prefix(counter, bounds, counts, before, start):
+    """First place of each cell, and of what each chunk of particles has in it; `before`: of each piece of the cells."""
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        total = before[c]
+        for k in range(bounds[c], bounds[c + 1]):
+            start[k] = total
+            for chunk in range(counts.shape[0]):
+                n = counts[chunk, k]
+                counts[chunk, k] = total
+                total += n
 
 
 @njit(nogil=True, cache=True)
@@ -91,37 +107,45 @@ def _order(counter, bounds, key, counts, order):
 
 
 class CellSort:
-    """Stable order of up to `capacity` particles by cell.
+    """Stable order of particles by cell.
 
-    After `update`: order (n,) int32, the particle at each sorted place; start (cells + 1,) int32, the first place of each
-    cell; `inside`, how many particles are in the domain (those behind are lost).
+    After `update`: start (cells + 1,) int32, the first place of each cell; `inside`, how many particles are in the domain
+    (those behind are lost).
     """
 
-    def __init__(self, grid: Grid, capacity: int, team: Team):
+    def __init__(self, grid: Grid, team: Team):
         self.grid, self.team = grid, team
         self.start = np.zeros(grid.cells + 1, np.int32)
         self.inside = 0
-        self._key = np.empty(capacity, np.int32)
-        self._order = np.empty(capacity, np.int32)
-        self._counts = np.empty((team.threads, grid.cells + 1), np.int32)
 
-    def update(self, position: np.ndarray) -> np.ndarray:
-        """Sort positions (n, dim); returns the order."""
-        n, grid = len(position), self.grid
-        bounds = np.arange(self.team.threads + 1) * n // self.team.threads
+    def room(self, count: int) -> int:
+        """Numbers of scratch that so many particles need."""
+        return 2 * count + self.team.threads * self.start.size
+
+    def update(self, position: np.ndarray, scratch: np.ndarray | None = None) -> np.ndarray:
+        """Sort positions (n, dim); the order (n,) int32, the particle at each sorted place. It stands in `scratch`, int32
+        and at least `room` long, if that is given."""
+        n, grid, team = len(position), self.grid, self.team
+        scratch = np.empty(self.room(n), np.int32) if scratch is None else scratch
+        order, key, rest = scratch[:n], scratch[n : 2 * n], scratch[2 * n : self.room(n)]
+        counts = rest.reshape(team.threads, -1)
+        bounds = np.arange(team.threads + 1) * n // team.threads
         shape = np.array(grid.shape if position.shape[1] == 3 else (grid.shape[0], grid.shape[1]))
-        self.team.run(
-            _histogram, bounds, position, grid.lower, grid.domain_min, grid.domain_max, grid.cell, shape,
-            self._key, self._counts,
-        )  # fmt: skip
-        _prefix(self._counts, self.start)
-        self.team.run(_order, bounds, self._key, self._counts, self._order)
+        team.run(
+            _histogram, bounds, position, grid.lower, grid.domain_min, grid.domain_max, grid.cell, shape, key, counts
+        )
+        pieces = chunk_bounds(self.start.size, PIECE if team.threads > 1 else self.start.size)
+        totals = np.zeros(len(pieces) - 1, np.int64)
+        if len(totals) > 1:
+            team.run(_sum, pieces, counts, totals)
+        team.run(_prefix, pieces, counts, np.cumsum(totals) - totals, self.start)
+        team.run(_order, bounds, key, counts, order)
         self.inside = int(self.start[-1])
-        return self._order[:n]
+        return order
 
     @property
     def nbytes(self) -> int:
-        return sum(a.nbytes for a in (self.start, self._key, self._order, self._counts))
+        return self.start.nbytes
 
 
 def whole(count: int) -> np.ndarray:

@@ -61,7 +61,7 @@ class Fluid:
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self._boundary_sort = CellSort(self.grid, len(self.boundary), team)
+        self._sort, self._boundary_sort = CellSort(self.grid, team), CellSort(self.grid, team)
         self._near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._boundary_near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._compose()
@@ -100,17 +100,24 @@ class Fluid:
         self._sorted_owner = np.zeros(b, np.int32)
         self._lift = np.zeros((b, 1), self.dtype)
         self._shepard = np.zeros((b, 1 + dim), self.dtype)
-        self._viscous_force = np.zeros((b, dim))
-        self._pressure_force = np.zeros((1, b, dim))
+        self._force = np.empty((0, b, dim))
 
     def _reserve(self, count: int) -> None:
         """Make room for so many fluid particles, ghosts included."""
         if count <= self._capacity:
             return
         self._capacity = n = int(1.2 * count) if self.periodic.axes else count
-        dim, rows = self.dim, n + len(self.boundary) + 16
-        self._sort = CellSort(self.grid, n, self.team)
-        self._xs = np.zeros((dim, rows), np.float32)
+        dim, b = self.dim, len(self.boundary)
+        rows, columns = n + b + 16, 5 if self.scene.shifting else 4
+        # Memory for what does not stand at the same time: the orders, then the positions for the search, then the coefficients.
+        orders = max(self._sort.room(n), self._boundary_sort.room(b))
+        size = max(4 * orders, 4 * dim * rows, np.dtype(self.dtype).itemsize * n * columns)
+        self._scratch = np.zeros(size, np.uint8)
+        self._orders = self._scratch[: 4 * orders].view(np.int32)
+        self._xs = self._scratch[: 4 * dim * rows].view(np.float32).reshape(dim, rows)
+        self._coefficients = (
+            self._scratch[: np.dtype(self.dtype).itemsize * n * columns].view(self.dtype).reshape(n, columns)
+        )
         edged = self.scene.shifting > 0 and not self.scene.closed
         self._trial = np.zeros((rows, 2 * dim + 3 if edged else 8 if dim == 3 else 6), self.dtype)
         dense = self._relative is not None
@@ -119,7 +126,6 @@ class Fluid:
         self._field = np.zeros((rows, 5 if dense and dim == 3 else 4), self.dtype)
         self._twin = np.zeros_like(self._field) if len(self.weights) > 1 else self._field
         self._echoes, self._silence = [], Echo.none(dim, self.dtype)
-        self._coefficients = np.zeros((n, 5 if self.scene.shifting else 4), self.dtype)
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -138,7 +144,7 @@ class Fluid:
         those of viscosity are of the last step."""
         fields = {} if self.liquid is None else {"liquid": self.liquid[self.label]}
         if self.rheology:
-            found = self.rheology.fields(self._flow, len(self._kept)).items()
+            found = self.rheology.fields(self._flow, self._rows).items()
             fields |= {name: f[self._kept] if len(f) else np.zeros(self.count) for name, f in found}
         return fields
 
@@ -166,21 +172,24 @@ class Fluid:
         self.dt, self._centre, self._twist, self._smooth = dt, centre, twist, smooth
         self._centre_here = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)
         real, sources = self.count, self._add_ghosts()
-        order = self._sort.update(self.position)
-        n = self._sort.inside
+        order = self._sort.update(self.position, self._orders)
+        self._rows = n = self._sort.inside
         self.lost += real - n + self.periodic.link(order, sources, real, n)
         self._state = [self._in_order(a, order, n) for a in self._state]
-        rows = self._flow, self._trial, self._field, self._twin
+        rows, b = (self._flow, self._trial, self._field, self._twin), 0
+        if len(self.boundary):
+            order = self._boundary_sort.update(self.boundary, self._orders)
+            self._boundary_order = order[: self._boundary_sort.inside].copy()
+            b = len(self._boundary_order)
         if n:
             self.team.run(pack_fluid, whole(n), self.grid.lower, *self._state[:3], self._xs, *rows)
-        order = self._boundary_sort.update(self.boundary)[: self._boundary_sort.inside]
-        self._solids = b = len(order)
-        pack_boundary(
-            order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.boundary_skin, self.owner,
-            self._sorted_boundary, self._sorted_velocity, self._sorted_skin, self._sorted_owner, dt, self.fall, self._xs,
-            *rows,
-        )  # fmt: skip
-        self._boundary_order, self._kept = order, np.ones(n, bool)
+        if b:
+            pack_boundary(
+                self._boundary_order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.boundary_skin,
+                self.owner, self._sorted_boundary, self._sorted_velocity, self._sorted_skin, self._sorted_owner, dt,
+                self.fall, self._xs, *rows,
+            )  # fmt: skip
+        self._solids, self._kept = b, slice(None)
         if self._relative is not None:
             self._pack_density(n, b)
         kinds = [(self._sort, 0)] + ([(self._boundary_sort, n)] if b else [])
@@ -206,15 +215,16 @@ class Fluid:
         self.position, self.velocity, self.pressure_values, self.label = arrays
 
     def _in_order(self, values: np.ndarray, order: np.ndarray, count: int) -> np.ndarray:
-        """The first `count` values in this order, in the spare array of their kind; the old array is the next spare."""
-        kind = values.dtype, values.shape[1:]
+        """The first `count` values in this order, in the spare array of their size; the old array is the next spare."""
+        bits = values.view(f"u{values.itemsize}")
+        kind = bits.dtype, bits.shape[1:]
         spare = self._spare.get(kind)
-        if spare is None or len(spare) < len(values):
-            spare = np.empty_like(values)
+        if spare is None or len(spare) < len(bits):
+            spare = np.empty_like(bits)
         if count:
-            self.team.run(gather, whole(count), order, values.reshape(len(values), -1), spare.reshape(len(spare), -1))
-        self._spare[kind] = values
-        return spare[:count]
+            self.team.run(gather, whole(count), order, bits.reshape(len(bits), -1), spare.reshape(len(spare), -1))
+        self._spare[kind] = bits
+        return spare[:count].view(values.dtype)
 
     def _add_ghosts(self) -> np.ndarray:
         """Append the ghosts of periodic axes, with the label -1; the particles they stand for."""
@@ -397,28 +407,32 @@ class Fluid:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
         wrench = self._wrenches(self._field, 1, column=self.dim, least=0 if walls else 1)[0]
         if viscous and self._no_slip and self._solids:
-            near, least = self._boundary_near, 0 if walls else 1
+            near, least, force = self._boundary_near, 0 if walls else 1, self._forces(1)[0]
             self.team.run(
                 self._drag, near.bounds, near.groups, self.count, self._flow, self._sorted_owner[: self._solids], least,
-                self._viscous_force, self.k,
+                force, self.k,
             )  # fmt: skip
-            self._add_wrenches(self._viscous_force, wrench, least)
+            self._add_wrenches(force, wrench, least)
         return wrench
 
     def _wrenches(self, values: np.ndarray, columns: int, column: int, least: int = 1) -> np.ndarray:
         """Wrenches (m, owners, 6) of the pressures in the columns of `values` from `column` on."""
         wrench = np.zeros((columns, self.owners, 6))
         if self._solids:
-            if len(self._pressure_force) < columns:
-                self._pressure_force = np.zeros((columns, len(self.boundary), self.dim))
-            near = self._boundary_near
+            near, forces = self._boundary_near, self._forces(columns)
             self.team.run(
                 boundary.make_force(self.lanes, self.dim, column, columns), near.bounds, near.groups, self.count,
-                self._field, values, self._sorted_owner[: self._solids], least, self._pressure_force, self.k,
+                self._field, values, self._sorted_owner[: self._solids], least, forces, self.k,
             )  # fmt: skip
-            for force, total in zip(self._pressure_force, wrench, strict=False):
+            for force, total in zip(forces, wrench, strict=False):
                 self._add_wrenches(force, total, least)
         return self._smoothed(wrench)
+
+    def _forces(self, columns: int) -> np.ndarray:
+        """Room for that many forces on each boundary particle; of those without an owner that is asked for nothing counts."""
+        if len(self._force) < columns:
+            self._force = np.zeros((columns, len(self.boundary), self.dim))
+        return self._force
 
     def _smoothed(self, wrench: np.ndarray) -> np.ndarray:
         """The wrenches (..., owners, 6), without the moment that no smooth body of their shape would get."""
@@ -476,6 +490,13 @@ class Fluid:
     def nbytes(self) -> int:
         """Memory of all particle arrays [B]."""
         arrays = [a for a in vars(self).values() if isinstance(a, np.ndarray)] + self._echoes
-        arrays = {id(a): a for a in (*arrays, *self._spare.values()) if a.base is None or a.base.base is None}.values()
+        arrays = {id(whole): whole for whole in map(_memory_of, (*arrays, *self._spare.values()))}.values()
         own = sum(a.nbytes for a in arrays) + (self.rheology.nbytes if self.rheology else 0)
         return own + sum(p.nbytes for p in (self._sort, self._boundary_sort, self._near, self._boundary_near))
+
+
+def _memory_of(array: np.ndarray) -> np.ndarray:
+    """The array that owns the memory of this one."""
+    while isinstance(array.base, np.ndarray):
+        array = array.base
+    return array

@@ -25,6 +25,7 @@ from fsi.threads import Team, chunk_bounds
 RUN = 16  # particles that share candidates
 CANDIDATES = 2048  # at most, for one run
 SPARE_ROOM = 1.03  # of a chunk's list over what it held in the last step
+SPARE_GROUPS = 1.05  # the same of its groups
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
 
@@ -134,7 +135,7 @@ def make_search(lanes: int, dim: int):
         group_offset, list_offset, group_count, group, span, lst,
     ):  # fmt: skip
         """Chunk c: groups from group_offset[c] on, lists from list_offset[c] on; group_count[c] is -1 where the list
-        has no room, -2 where a run has too many candidates."""
+        has no room, -2 where a run has too many candidates, -3 where the groups have no room."""
         t = np.empty((lanes, 4), f32)
         rows = np.empty(CANDIDATES, np.int32)
         near = np.empty((3, CANDIDATES), f32)
@@ -166,6 +167,8 @@ def make_search(lanes: int, dim: int):
                     fault = -2
                 elif k > room:
                     fault = -1
+                elif g + RUN // lanes >= group_offset[c + 1]:
+                    fault = -3
                 while s < n and fault == 0:
                     e = min(s + lanes, n)
                     group[g] = s
@@ -193,9 +196,9 @@ class Neighbours:
     def __init__(self, lanes: int, dim: int, spacing: float, support: float, team: Team):
         self.lanes, self.dim, self.team = lanes, dim, team
         self._radius, self._longest = f32(support * 1.0001), f32(12 * spacing)
-        self._need = np.empty(0)  # list entries of each chunk, learnt from step to step
+        self._need = self._groups = np.empty(0)  # list entries and groups of each chunk, learnt from step to step
         self._list = np.empty(0, np.int32)
-        self._group = self._span = None
+        self._group, self._span = np.empty(0, np.int32), np.empty((0, 3), np.int32)
         self.bounds = np.zeros(2, np.int64)
 
     def update(self, own: CellSort, own_row: int, xs: np.ndarray, others: list[tuple[CellSort, int]]) -> None:
@@ -207,16 +210,20 @@ class Neighbours:
         grid, n = own.grid, own.inside
         self.bounds = bounds = chunk_bounds(n)
         chunks = len(bounds) - 1
-        self._reserve(n, chunks)
-        group_offset = bounds + np.arange(chunks + 1)
         group_count = np.zeros(chunks, np.int64)
         starts = tuple(sort.start for sort, _ in others)
         rows = tuple(row for _, row in others)
         if len(self._need) != chunks:
             self._need = np.diff(bounds) * (28.0 if self.dim == 3 else 8.0)
+            self._groups = np.diff(bounds) * (2.0 / self.lanes)
         while True:
-            rooms = (self._need * SPARE_ROOM).astype(np.int64) + slack_of(self.lanes)
-            list_offset = np.concatenate([[0], np.cumsum(rooms)])
+            list_offset = _offsets(self._need * SPARE_ROOM + slack_of(self.lanes))
+            group_offset = _offsets(self._groups * SPARE_GROUPS + 2 + RUN // self.lanes)
+            if len(self._group) < group_offset[-1]:
+                self._group, self._span = (
+                    np.empty(group_offset[-1], np.int32),
+                    np.empty((group_offset[-1], 3), np.int32),
+                )
             if not list_offset[-1] <= self._list.size <= 1.2 * list_offset[-1]:
                 self._list = None  # before the new one is made
                 self._list = np.empty(list_offset[-1], np.int32)
@@ -232,17 +239,19 @@ class Neighbours:
                     f"more than {CANDIDATES} particles within reach of a few: the particles have clumped and the run is "
                     "unstable; take a smaller numerics.courant or numerics.mach"
                 )
-            short = group_count < 0
+            short, few = group_count == -1, group_count == -3
             self._need[short] = 1.3 * self._need[short] + slack_of(self.lanes)  # it may have been 0: dry walls
+            self._groups[few] = 1.5 * self._groups[few] + RUN
         last = group_offset[:-1] + np.maximum(group_count, 1) - 1
+        self._groups = group_count.astype(float)
         self._need = np.where(group_count > 0, self._span[last, 2], 0).astype(float)
         self.groups = (group_offset, group_count, self._group, self._span, list_offset, self._list)
 
-    def _reserve(self, n: int, chunks: int) -> None:
-        if self._group is None or len(self._group) < n + chunks + 1:
-            self._group = np.empty(n + chunks + 1, np.int32)
-            self._span = np.empty((n + chunks + 1, 3), np.int32)
-
     @property
     def nbytes(self) -> int:
-        return self._list.nbytes + (0 if self._group is None else self._group.nbytes + self._span.nbytes)
+        return self._list.nbytes + self._group.nbytes + self._span.nbytes
+
+
+def _offsets(rooms: np.ndarray) -> np.ndarray:
+    """Where each of so many rooms (n,) begins, and the end (n + 1,)."""
+    return np.concatenate([[0], np.cumsum(rooms.astype(np.int64))])

@@ -34,7 +34,7 @@ def pair_counts(fluid: Fluid) -> dict[str, float]:
     processed for all lanes of a group, so that the sweeps process entries * lanes pairs for neighbours + 1."""
     team, n = Team(1), fluid.count
     support = 2 * fluid.scene.smoothing_length
-    sort = CellSort(fluid.grid, n, team)
+    sort = CellSort(fluid.grid, team)
     order = sort.update(fluid.position)
     xs = np.zeros((fluid.dim, n + W), np.float32)
     xs[:, :n] = (fluid.position[order] - fluid.grid.lower).T

@@ -39,7 +39,7 @@ def test_every_pair_is_found_once(dim, count, precision):
 def test_particles_outside_or_without_a_position_sort_last():
     grid = Grid.over([0.0, 0.0], [1.0, 1.0], 0.1, 0.3)
     points = np.array([[0.5, 0.5], [np.nan, 0.5], [0.1, 0.9], [1.5, 0.5], [0.5, -np.inf]])
-    sort = CellSort(grid, 5, Team(1))
+    sort = CellSort(grid, Team(1))
     order = sort.update(points)
     assert sort.inside == 2 and set(order[:2]) == {0, 2}
 
@@ -48,7 +48,7 @@ def test_particles_outside_or_without_a_position_sort_last():
 def test_order_does_not_depend_on_threads(threads):
     points = np.random.default_rng(0).random((5000, 3))
     grid = Grid.over([0.0] * 3, [1.0] * 3, 0.1, 0.3)
-    one, many = (CellSort(grid, 5000, Team(t)).update(points) for t in (1, threads))
+    one, many = (CellSort(grid, Team(t)).update(points) for t in (1, threads))
     assert (one == many).all()
 
 
