@@ -9,16 +9,23 @@ from statistics import median
 
 from fsi.layout import build
 from fsi.log_size import log_size
+from fsi.pressure import sweeps_to
 from fsi.protocols import BodySet, Solid
+from fsi.rheology import decay_rate, varies, viscous_sweeps
 from fsi.scene import Scene
 from fsi.threads import available_threads
 from fsi.timestep import TimeStep
 
-# One thread of a 2025 server processor, measured with `fsi run still_water` at h = 1.5 dr and single-precision sweeps:
-# nanoseconds per particle and step, and for each pressure sweep in it; bytes per particle.
-STEP, SWEEP, BYTES = {2: 130.0, 3: 500.0}, {2: 25.0, 3: 77.0}, {2: 270, 3: 480}
-DOUBLE = 1.35  # time and memory of double-precision sweeps over single
-BODIES = 1.3  # time of a step with bodies over one without
+# One thread of a server processor with AVX-512 (4 cycles for two multiply-adds of 512 bits), single-precision sweeps,
+# h = 1.5 dr, of a tank of still water: nanoseconds per particle for a step without pressure sweeps, for a pressure sweep, for
+# a viscosity that varies, and for a sweep of implicit viscosity; bytes per particle.
+STEP, SWEEP = {2: 200.0, 3: 570.0}, {2: 29.0, 3: 81.0}
+VARIED, VISCOUS_SWEEP = {2: 120.0, 3: 230.0}, {2: 43.0, 3: 108.0}
+BYTES = {2: 215, 3: 330}
+DENSITIES = 1.15  # time of sweeps between liquids of unequal density
+DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps over single
+BODIES = 1.1  # time of a step with bodies over one without
+SERIAL = 5e-4  # of a step, on one thread [s]; twice that with bodies
 
 
 def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
@@ -33,10 +40,10 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
     time_step = limits.choose(falling * math.sqrt(2 * scene.gravity * layout.depth), scene.gravity)
     steps = math.ceil(scene.duration / time_step)
     dim, numerics = scene.dimension, scene.numerics
-    work = (STEP[dim] + SWEEP[dim] * numerics.sweeps) * (fluid + 0.4 * boundary) * 1e-9
+    work = _nanoseconds(scene, layout.depth, time_step) * (fluid + 0.4 * boundary) * 1e-9
     work *= (numerics.smoothing_ratio / 1.5) ** (dim - 1)  # more neighbours, but fuller lanes
     work *= (BODIES if bodies else 1.0) * (DOUBLE if numerics.precision == "double" else 1.0)
-    size = BYTES[dim] * (DOUBLE if numerics.precision == "double" else 1.0)
+    size = BYTES[dim] * (DOUBLE_BYTES if numerics.precision == "double" else 1.0)
     return {
         "fluid": fluid,
         "wall": walls,
@@ -46,8 +53,22 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "steps": steps,
         "notes": layout.notes,
         **log_size(scene, bodies, fluid),
-        "seconds": steps * (work / available_threads() + 5e-4 * (2 if bodies else 1)),
+        "seconds": steps * (work / available_threads() + SERIAL * (2 if bodies else 1)),
     }
+
+
+def _nanoseconds(scene: Scene, depth: float, time_step: float) -> float:
+    """Of a step for each particle, at h = 1.5 dr and in single precision."""
+    dim, numerics = scene.dimension, scene.numerics
+    sweeps = numerics.sweeps
+    if numerics.solver == "converged":  # the last step's pressure is a good start: half the way down to the tolerance
+        sweeps = sweeps_to(math.sqrt(numerics.pressure_tolerance), scene, depth)
+    time = STEP[dim] + SWEEP[dim] * sweeps
+    if TimeStep(scene, depth).implicit:
+        time += VISCOUS_SWEEP[dim] * viscous_sweeps(1 + time_step * decay_rate(scene))
+    if varies(scene):
+        time += VARIED[dim]
+    return time * (DENSITIES if len({liquid.density for liquid in scene.all_liquids}) > 1 else 1.0)
 
 
 def measured(scene: Scene, steps: int, *, bodies=None, coupler=None, ground=None, threads: int | None = None) -> dict:

@@ -220,10 +220,8 @@ class Neighbours:
             list_offset = _offsets(self._need * SPARE_ROOM + slack_of(self.lanes))
             group_offset = _offsets(self._groups * SPARE_GROUPS + 2 + RUN // self.lanes)
             if len(self._group) < group_offset[-1]:
-                self._group, self._span = (
-                    np.empty(group_offset[-1], np.int32),
-                    np.empty((group_offset[-1], 3), np.int32),
-                )
+                places = int(1.05 * group_offset[-1])
+                self._group, self._span = np.empty(places, np.int32), np.empty((places, 3), np.int32)
             if not list_offset[-1] <= self._list.size <= 1.2 * list_offset[-1]:
                 self._list = None  # before the new one is made
                 self._list = np.empty(list_offset[-1], np.int32)

@@ -50,10 +50,21 @@ def iteration(numerics: Numerics) -> Iteration:
 
 def solution(scene: Scene, depth: float, most: int = MOST) -> Iteration:
     """Sweeps that solve the pressure equation of a fluid `depth` metres high: as many as are needed of these."""
+    return chebyshev(most, _span(scene, depth), FARTHEST)
+
+
+def _span(scene: Scene, depth: float) -> float:
+    """Of the spectrum, down to the slowest mode of the tank."""
     sides = [high - low for low, high in zip(scene.tank.min, scene.tank.max, strict=True)]
     wave = max(sides) if scene.closed else 2 * depth  # half length of the slowest mode [m]
     slowest = (SOUND * scene.smoothing_length * math.pi / wave) ** 2
-    return chebyshev(most, FARTHEST / min(slowest, 0.5), FARTHEST)
+    return FARTHEST / min(slowest, 0.5)
+
+
+def sweeps_to(share: float, scene: Scene, depth: float) -> int:
+    """Sweeps of `solution` that leave this share of any error."""
+    span = _span(scene, depth)
+    return min(MOST, math.ceil(math.acosh(1 / share) / math.acosh((span + 1) / (span - 1))))
 
 
 def chebyshev(sweeps: int, span: float = SPAN, highest: float = HIGHEST) -> Iteration:

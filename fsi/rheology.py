@@ -72,6 +72,11 @@ def explicit_limit(scene: Scene) -> float:
     return EXPLICIT * scene.smoothing_length**2 / nu if nu > 0 else math.inf
 
 
+def viscous_sweeps(span: float) -> int:
+    """Sweeps of implicit viscosity whose spectrum spans 1 + dt `decay_rate`."""
+    return math.ceil(math.acosh(1 / SOLVED) / math.acosh((span + 1) / (span - 1)))
+
+
 def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
     """Limit of the time step [s] by viscosity, and whether it is implicit, for a scene whose other limits at t = 0 are
     `others` [s]."""
@@ -142,7 +147,7 @@ class Rheology:
         new[:] = flow
         change, before = np.zeros((2, n, dim), self.dtype)
         span = 1 + dt * self.decay
-        self.sweeps = math.ceil(math.acosh(1 / SOLVED) / math.acosh((span + 1) / (span - 1)))
+        self.sweeps = viscous_sweeps(span)
         for alpha, beta in chebyshev(self.sweeps, span).weights:
             self._reflect(shore, now, n, walls, k)
             self.team.run(

@@ -25,7 +25,7 @@ VISIT = 0.3  # seconds that a block is stepped for before it is the next one's t
 
 # Phases of a step by the kernels in them; what is in none of them is serial and counts as "rest".
 PHASES = {
-    "sort": ("histogram", "order"),
+    "sort": ("histogram", "sum", "prefix", "order"),
     "pack": ("gather", "pack_fluid"),
     "lists": ("search",),
     "predictor": ("predict",),
