@@ -29,16 +29,22 @@ def _count(offset, count, group, span, list_offset, lst, xs, support2):
     return entries, inside
 
 
-def pair_counts(fluid: Fluid) -> dict[str, float]:
-    """Of a fluid without boundary, per particle: `neighbours` inside the support and `entries` of the lists. An entry is
-    processed for all lanes of a group, so that the sweeps process entries * lanes pairs for neighbours + 1."""
+def neighbours(fluid: Fluid) -> tuple[Neighbours, np.ndarray]:
+    """Lists of a fluid without boundary as it stands, on one thread, and the positions (dim, n + W) in their order."""
     team, n = Team(1), fluid.count
-    support = 2 * fluid.scene.smoothing_length
     sort = CellSort(fluid.grid, team)
     order = sort.update(fluid.position)
     xs = np.zeros((fluid.dim, n + W), np.float32)
     xs[:, :n] = (fluid.position[order] - fluid.grid.lower).T
-    near = Neighbours(fluid.lanes, fluid.dim, fluid.scene.spacing, support, team)
+    near = Neighbours(fluid.lanes, fluid.dim, fluid.scene.spacing, 2 * fluid.scene.smoothing_length, team)
     near.update(sort, 0, xs, [(sort, 0)])
+    return near, xs
+
+
+def pair_counts(fluid: Fluid) -> dict[str, float]:
+    """Of a fluid without boundary, per particle: `neighbours` inside the support and `entries` of the lists. An entry is
+    processed for all lanes of a group, so that the sweeps process entries * lanes pairs for neighbours + 1."""
+    near, xs = neighbours(fluid)
+    support = 2 * fluid.scene.smoothing_length
     entries, inside = _count(*near.groups, xs, np.float32(support**2))
-    return {"neighbours": inside / n, "entries": entries / n}
+    return {"neighbours": inside / fluid.count, "entries": entries / fluid.count}

@@ -21,6 +21,7 @@ from cases.bench.limits import limits
 from cases.bench.memory import memory
 from cases.bench.report import markdown, tables
 from cases.bench.targets import verdicts
+from cases.bench.unordered import cost_of_order
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.threads import available_threads
@@ -115,6 +116,7 @@ def run_plan(plan: Plan, threads: int, say: Callable[[str], None]) -> dict:
         say("memory and determinism ...")
         result["memory"] = memory(3, plan.still)
         result["determinism"] = determinism(threads, 3, plan.check)
+        result["order"] = cost_of_order(plan.check, 4 * plan.rounds)
         say("the flap, with bodies and logging ...")
         result["flap"] = flap_cost(folder / "flap", threads, plan.spacing, plan.steps, plan.rounds)
         say("what each term costs ...")

@@ -1,4 +1,4 @@
-"""What the benchmark is held against: the targets, and what other codes reach. Figures from design.md, section 8."""
+"""What the benchmark is held against: the targets, and what other codes reach on such a machine, quiet."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 from fsi.commands import app
 
 SECTIONS = {
-    "machine", "limits", "speed", "phases", "ratios", "roofline", "flatness", "memory", "determinism", "flap", "ablation",
-    "start", "targets",
+    "machine", "limits", "speed", "phases", "ratios", "roofline", "flatness", "memory", "determinism", "order", "flap",
+    "ablation", "start", "targets",
 }  # fmt: skip
 
 
@@ -38,6 +38,7 @@ def test_all_sections_are_there_with_sound_numbers(quick):
     assert all(math.isfinite(number) for number in numbers(result))
     assert all(row["ns_per_particle"] > 0 for name in ("speed", "flatness", "flap", "ablation") for row in result[name])
     assert all(row["identical"] for row in result["determinism"])
+    assert all(row["difference"] < 1e-5 for row in result["order"])  # both sweeps do the same
     assert result["targets"] == []  # tiny sizes are not held against the targets
 
 

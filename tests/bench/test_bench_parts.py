@@ -192,6 +192,7 @@ def empty():
         "ablation",
         "start",
         "determinism",
+        "order",
     )
     return {name: [] for name in sections} | {"targets": [], "limits": {"rates": [], "bandwidth": []}, "machine": {}}
 
