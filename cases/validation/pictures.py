@@ -32,22 +32,26 @@ class Chart:
 
 @dataclass(frozen=True)
 class Shot:
-    """Particles at one time: position (n, 2) [m] in (x, z), values (n,), solid (b, 2) what is not fluid."""
+    """Particles at one time: position (n, 2) [m] and velocity (n, 2) [m/s] in (x, z), values (n,), solid (b, 2) what is not
+    fluid."""
 
     time: float
     position: np.ndarray
+    velocity: np.ndarray
     values: np.ndarray
     solid: np.ndarray
 
 
 class Pictured(Measure):
     """A measure that keeps snapshots at `moments` [s], coloured by `colour`, of what lies within `window`, ((x, x),
-    (z, z)) [m]; in three dimensions those within one spacing of the plane y = `plane`."""
+    (z, z)) [m]; in three dimensions those within one spacing of the plane y = `plane`. With `arrows` [m] velocities are
+    drawn that far apart."""
 
     moments: tuple[float, ...] = ()
     colour = "speed"
     window: tuple | None = None
     plane = 0.0
+    arrows = 0.0
 
     def __init__(self, sim: Simulation):
         self.shots: list[Shot] = []
@@ -72,9 +76,8 @@ class Pictured(Measure):
             "u": lambda: fluid.velocity[:, 0].copy(),
         }[self.colour]()
         keep, kept = self._seen(sim, fluid.position), self._seen(sim, solid)
-        return Shot(
-            sim.time, fluid.position[keep][:, [0, -1]], np.asarray(values, float)[keep], solid[kept][:, [0, -1]]
-        )
+        position, velocity = (array[keep][:, [0, -1]] for array in (fluid.position, fluid.velocity))
+        return Shot(sim.time, position, velocity, np.asarray(values, float)[keep], solid[kept][:, [0, -1]])
 
     def _seen(self, sim: Simulation, points: np.ndarray) -> np.ndarray:
         near = np.ones(len(points), bool)
@@ -125,6 +128,8 @@ def _snapshots(measure: Pictured):
             *shot.position.T, s=size**2 * 0.8, c=shot.values, vmin=least, vmax=most, cmap="turbo", linewidths=0,
             rasterized=True,
         )  # fmt: skip
+        if measure.arrows:
+            _draw_arrows(panel, shot, measure.arrows)
         panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x [m]", ylabel="z [m]")
         panel.set_title(f"t = {shot.time:.4g} s", loc="left")
         panel.grid(False)
@@ -132,6 +137,15 @@ def _snapshots(measure: Pictured):
         panel.remove()
     figure.colorbar(drawn, ax=panels[: len(shots)], label=UNITS[measure.colour], shrink=0.8)
     return figure
+
+
+def _draw_arrows(panel, shot: Shot, apart: float) -> None:
+    """The velocity of one particle in each square of side `apart` [m]; the fastest one as long as two of them."""
+    _, chosen = np.unique(np.floor(shot.position / apart).astype(int), axis=0, return_index=True)
+    x, z = shot.position[chosen].T
+    u, w = shot.velocity[chosen].T
+    scale = np.percentile(np.hypot(u, w), 95) / (2 * apart)
+    panel.quiver(x, z, u, w, angles="xy", scale_units="xy", scale=max(scale, 1e-9), width=0.0012, color="black")
 
 
 def _drawn(chart: Chart):

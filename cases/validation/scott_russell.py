@@ -3,8 +3,8 @@
 Experiment: Monaghan & Kos (2000), Phys. Fluids 12, 622-630, water 0.21 m deep, lengths at 0.285 s: H = 0.333 +- 0.01 m, R =
 0.133 +- 0.02 m, h = 0.227 +- 0.02 m, B = 0.303 +- 0.02 m. An earlier incompressible SPH found 0.329, 0.130, 0.216, 0.255,
 another one 0.3006, 0.1159, 0.214, 0.2707. H is the height of the crest over the bed. What the
-other three are taken between is shown in a sketch that is not at hand: they are not compared, the page shows the particles at
-that time.
+other three are taken between is shown in a sketch that is not at hand: they are not compared. The page shows particles and
+velocities at that time, with the vortex beside the box.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ BOX, DEPTH = 0.3, 0.21  # length of the box, depth [m]
 class Crest(Pictured):
     """The wave beside the box at the moment of the experiment, and how the box falls."""
 
-    moments, colour, window = (0.1, 0.2, 0.285, 0.5), "speed", ((0.0, 1.2), (-0.21, 0.3))
+    moments, colour, window = (0.1, 0.2, 0.285, 0.4), "speed", ((0.0, 1.0), (-0.21, 0.3))
+    arrows = 0.02
 
     def begin(self, sim: Simulation) -> None:
         self.time, self.fall, self.profile = [0.0], [0.0], None
