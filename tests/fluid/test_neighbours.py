@@ -1,5 +1,8 @@
 """Sorting and searching against all pairs."""
 
+from contextlib import nullcontext
+from threading import Lock
+
 import numpy as np
 import pytest
 from tanks import random_fluid
@@ -62,3 +65,25 @@ def test_walls_that_were_dry_get_their_lists_when_water_comes():
     after = [np.concatenate(group[2:]) for group in lists(fluid._boundary_near)]
     assert sum(map(len, after)) > 4096
     assert all((a == b).all() for a, b in zip(before, after, strict=True))
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_team_does_each_piece_once_and_tells_of_faults(threads):
+    team, lock, seen = Team(threads), Lock(), []
+
+    def work(counter, bounds):
+        while True:
+            with lock:
+                piece, counter[0] = counter[0], counter[0] + 1
+            if piece >= len(bounds) - 1:
+                break
+            seen.append(piece)
+            if piece == fault:
+                raise ValueError(piece)
+
+    for fault in (-1, 5, -1):
+        seen.clear()
+        with pytest.raises(ValueError) if fault >= 0 else nullcontext():
+            team.run(work, np.arange(40))
+    assert sorted(seen) == list(range(39))
+    team.close()
