@@ -33,7 +33,7 @@ MASS, BUOYANCY, G, S = 250.0, 125.0, 9.81, math.sqrt(0.5)  # [kg/m], [kg/m] of w
 PULL = (MASS - BUOYANCY) * G * S  # [N/m]
 MOMENTS = (0.5, 1.0)
 END, EARLY, WAY = 0.6, 0.25, 0.15  # of the comparison [s], [s], [m]; the foot comes to the bed at about 0.9 s
-FINEST = {"slide_submarine": 0.2716, "slide_submarine_contact": 0.2716, "slide_submarine_glued": 0.2704}
+FINEST = {"slide_submarine": 0.2716, "slide_submarine_contact": 0.2716, "slide_submarine_glued": 0.2536}
 STOP = 0.665  # way of the guided slide's end, its foot 20 mm above the bed [m]
 
 
@@ -123,7 +123,7 @@ class Way(Pictured):
         return [Chart("way", title, "time [s]", "way [m]", tuple(lines))]
 
 
-def _case(name: str, title: str, target: dict, reference: str = "") -> Case:
+def _case(name: str, title: str, target: dict, reference: str = "", reasons: str = "") -> Case:
     reference = reference or (
         "Rigid-body theory: constant added mass and drag (Grilli & Watts 1999), best fit over 0.6 s (law); added mass of"
         " potential flow and the drag of a plate over the first 0.15 m (theory). The way after 0.5 s against that at a spacing"
@@ -131,7 +131,9 @@ def _case(name: str, title: str, target: dict, reference: str = "") -> Case:
     )
     title = f"A triangular slide of 2000 kg/m3 on a ramp of 45 degrees in water 1 m deep: {title}"
     target |= {"leaks": 0.0}
-    return Case(name, title, reference + " Case of Heinrich (1992).", spacings(name), builder(name), Way, target)
+    return Case(
+        name, title, reference + " Case of Heinrich (1992).", spacings(name), builder(name), Way, target, reasons
+    )
 
 
 FREE = {"law": 0.03, "theory": 0.1, "displacement": 0.05}
@@ -141,7 +143,13 @@ CASES = {
     for case in (
         _case("slide_submarine", "guided", FREE.copy()),
         _case("slide_submarine_contact", "free by contact", FREE.copy()),
-        _case("slide_submarine_glued", "free, with two layers of fluid glued to it", FREE.copy()),
+        _case(
+            "slide_submarine_glued",
+            "free, with two layers of fluid glued to it",
+            FREE.copy(),
+            reasons="At the coarse level the layers are 5 cm thick on a slide of 35 cm across the ramp; theory counts their mass"
+            " and not that they make the body larger. Medium: 8.7 %; at a spacing of 7.5 mm 7.5 %.",
+        ),
         _case(
             "slide_submarine_prescribed",
             "led down as theory has it",
