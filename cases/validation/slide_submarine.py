@@ -147,7 +147,7 @@ CASES = {
             "slide_submarine_glued",
             "free, with two layers of fluid glued to it",
             FREE.copy(),
-            reasons="At the coarse level the layers are 5 cm thick on a slide of 35 cm across the ramp; theory counts their mass"
+            reasons="At the coarse level the layers are 5 cm thick on a slide of 35 cm; theory counts their mass"
             " and not that they make the body larger. Medium: 8.7 %; at a spacing of 7.5 mm 7.5 %.",
         ),
         _case(
