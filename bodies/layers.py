@@ -13,7 +13,10 @@ from bodies import edges, thinning
 from bodies.edges import Nearest, inward
 
 SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a gap spreads slowly
-HOLE = 0.75  # spacings from the next particle to the middle of a hole that gets one of its own
+HOLE = (
+    0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
+)
+ROUNDS = 5  # of filling holes at most
 
 
 def under(
@@ -66,12 +69,26 @@ def _fill(
         others = thinning.thin_to(moved[reached > 0.95 * depth], first, wanted, spacing)
     passes = SETTLING[points.shape[1]]
     chosen = _settle(nearest, np.vstack([first, others]), len(first), parts, target, spacing, passes)
-    on = points[np.abs(depth - target) < 0.01 * target]
-    far = thinning.distances(on, chosen, spacing)
-    holes = thinning.apart(on[np.argsort(-far, kind="stable")], HOLE * spacing, chosen)
-    if len(holes) == 0:
-        return chosen
-    return _settle(nearest, np.vstack([chosen, holes]), len(first), parts, target, spacing, passes // 3)
+    return _close_holes(nearest, chosen, len(first), parts, target, spacing, passes)
+
+
+def _close_holes(
+    nearest: Nearest, chosen: np.ndarray, fixed: int, parts: np.ndarray, target: float, spacing: float, passes: int
+) -> np.ndarray:
+    """The `chosen` particles (k, dim) of a layer, and more where one of the `parts` (n, dim) is farther than HOLE
+    from all of them, settled between their neighbours; the first `fixed` stay."""
+    for _ in range(ROUNDS):
+        far = np.flatnonzero(thinning.distances(parts, chosen, spacing) > 0.95 * HOLE * spacing)
+        spots, reached = _slide(nearest, parts[far], target)
+        spots = spots[np.abs(reached - target) < 0.01 * target]
+        away = thinning.distances(spots, chosen, spacing)
+        worst = np.argsort(-away, kind="stable")
+        worst = worst[away[worst] > HOLE * spacing]
+        holes = thinning.apart(spots[worst], HOLE * spacing, chosen)
+        if len(holes) == 0:
+            break
+        chosen = _settle(nearest, np.vstack([chosen, holes]), fixed, parts, target, spacing, passes)
+    return chosen
 
 
 def _settle(

@@ -15,13 +15,13 @@ from fsi.compiled import kernel as compiled
 from fsi.lanes import at, claim, dot, minimum, other, other_vector, own, own_vector, store, zero, zero_vector
 from fsi.sweeps import DEFICIT, SUPPORT
 from fsi.terms import closeness, interface_gradient, partner, pressure_gradient, slope
+from fsi.wall_guard import make_guard
 
 # Columns of the sums that the corrector leaves for each chunk.
 SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 4, 5, 6
 
 
 SPRAY = 0.55  # share of a full support, below which a particle near the surface is not shifted
-PASSES = 8  # of the wall guard at most; more than one where a particle lies in a pocket between wall particles
 PACE = 6.0  # shift along the surface: at most so much of the inner one for each smoothing length moved (Skillen et al. 2013)
 
 
@@ -35,82 +35,14 @@ def sums_width(dim: int) -> int:
 def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, edged: bool):
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
-    The wall guard slows a fluid particle that would come closer to a wall particle than `guard` within the step; the
-    impulse is handed to the owner of the wall particle in `impulse` (chunks, owners, 6), force part first, moment about
-    `centre` (owners, DIM). Where several hold it at once, slowing it against one pushes it towards another, so the guard
-    goes round them. The shift, which carries no momentum, is cut to what the same distances allow.
+    The wall guard bends the way of a fluid particle that would end too close to wall particles (`fsi.wall_guard`); the
+    impulse is handed to the owners of the wall particles in `impulse` (chunks, owners, 6), force part first, moment about
+    `centre` (owners, DIM). The shift, which carries no momentum, is bent likewise.
     In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
     end, rate]."""
     L, DIM = lanes, dim
     P, R, FULL = dim, dim + 1, 2 * dim + 2
-
-    @helper(dim)
-    def guard(
-        i, near, far, lst, position, velocity, first, boundary, boundary_velocity, owner, centre, mass, k, dt, taken
-    ):
-        """Slow particle i against the wall particles of its list; returns whether it was slowed."""
-        stopped = False
-        for _ in range(PASSES):
-            clear = True
-            for n in range(near, far):
-                b = lst[n] - first
-                r2, approach = 0.0, 0.0
-                for d in range(DIM):
-                    x = position[i, d] - boundary[b, d]
-                    r2 += x * x
-                    approach += x * (velocity[i, d] - boundary_velocity[b, d])
-                if r2 < k.guard2:
-                    slowest = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2)) / dt  # to stay off by `guard`
-                    if approach >= slowest:
-                        continue
-                    stopped, clear = True, False
-                    take_moment(
-                        i, b, (approach - slowest) / r2, position, velocity, boundary, owner, centre, mass, taken
-                    )
-            if clear:
-                break
-        return stopped
-
-    @helper(dim)
-    def cut(i, near, far, lst, position, velocity, first, boundary, boundary_velocity, k, dt, shift):
-        """Cut the shift of particle i so that with it the particle still keeps off its wall particles;
-        to nothing where they leave no way."""
-        for _ in range(PASSES):
-            clear = True
-            for n in range(near, far):
-                b = lst[n] - first
-                r2, approach = 0.0, 0.0
-                for d in range(DIM):
-                    x = position[i, d] - boundary[b, d]
-                    r2 += x * x
-                    approach += x * (dt * (velocity[i, d] - boundary_velocity[b, d]) + shift[d])
-                if r2 < k.guard2:
-                    least = math.sqrt(r2) * min(0.0, k.guard - math.sqrt(r2))
-                    if approach >= least:
-                        continue
-                    clear = False
-                    for d in range(DIM):
-                        shift[d] -= (approach - least) / r2 * (position[i, d] - boundary[b, d])
-            if clear:
-                return
-        for d in range(DIM):
-            shift[d] = 0.0
-
-    @helper(dim)
-    def take_moment(i, b, rate, position, velocity, boundary, owner, centre, mass, taken):
-        o = owner[b]
-        for d in range(DIM):
-            change = -rate * (position[i, d] - boundary[b, d])
-            velocity[i, d] += change
-            impulse = -mass * change
-            axis = 2 if d == DIM - 1 else d
-            taken[o, axis] += impulse
-            for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
-                arm = position[i, a] - centre[o, a]
-                axis_a = 2 if a == DIM - 1 else a
-                if axis_a != axis:
-                    sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                    taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
+    bend = make_guard(dim)
 
     @helper(lanes, dim)
     def along(m, reach, shift, t_):
@@ -128,7 +60,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
         first, boundary, boundary_velocity, owner, centre, impulse, sums,
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
-        t_, shift = np.empty((3 * DIM + 1) * L, field.dtype), np.empty(DIM)
+        t_ = np.empty((3 * DIM + 1) * L, field.dtype)
+        shift, way, room = np.empty(DIM), np.empty(DIM), np.empty((3, DIM))
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -184,10 +117,15 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                         a = (velocity[i, d] - trial[i, P + 1 + d]) / dt + fall[d]
                         acceleration2 += a * a
                     if guarded and t_[DIM * L + m] < k.guard2:
-                        sums[c, GUARDED] += guard(
-                            i, base + span[g, 1], base + span[g, 2], lst, position, velocity,
-                            first, boundary, boundary_velocity, owner, centre, mass, k, dt, impulse[c],
-                        )  # fmt: skip
+                        for d in range(DIM):
+                            way[d] = dt * velocity[i, d]
+                        if bend(
+                            i, base + span[g, 1], base + span[g, 2], lst, position, way, first, boundary,
+                            boundary_velocity, owner, centre, k, dt, mass / dt, impulse[c], room,
+                        ):  # fmt: skip
+                            sums[c, GUARDED] += 1.0
+                            for d in range(DIM):
+                                velocity[i, d] = way[d] / dt
                     if sponge:
                         for z in range(zones.shape[0]):
                             into = (position[i, int(zones[z, 0])] - zones[z, 1]) / (zones[z, 2] - zones[z, 1])
@@ -208,10 +146,14 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                         near = (1.0 - inside) * min(1.0, PACE * 2.0 * k.inverse_support * dt * math.sqrt(speed2))
                         along(m, near * k.shifting, shift, t_)
                     if guarded and shifted and t_[DIM * L + m] < k.guard2:
-                        cut(
-                            i, base + span[g, 1], base + span[g, 2], lst, position, velocity, first, boundary,
-                            boundary_velocity, k, dt, shift,
+                        for d in range(DIM):
+                            way[d] = dt * velocity[i, d] + shift[d]
+                        bend(
+                            i, base + span[g, 1], base + span[g, 2], lst, position, way, first, boundary,
+                            boundary_velocity, owner, centre, k, dt, 0.0, impulse[c], room,
                         )  # fmt: skip
+                        for d in range(DIM):
+                            shift[d] = way[d] - dt * velocity[i, d]
                     for d in range(DIM):
                         position[i, d] += dt * velocity[i, d]
                         if shifted:

@@ -80,7 +80,7 @@ class Fluid:
         self._predictor = sweeps.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         self._source = sweeps.make_source(L, D, dense)
         self._dense = dense
-        guarded = self.scene.wall_guard > 0 and len(self.boundary) > 0
+        guarded = self.scene.numerics.wall_guard > 0 and len(self.boundary) > 0
         self._corrector = corrector.make_corrector(
             L, D, guarded, len(self.zones) > 0, shifted, dense, shifted and surface
         )

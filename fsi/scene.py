@@ -243,8 +243,8 @@ class Numerics(Part):
     shifting: Annotated[float, Field(ge=0, le=0.7)] | None = (
         None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
     )
-    wall_guard: NonNegative | None = (
-        None  # distance [spacing] to wall particles that a fluid particle keeps; 0 is off; None: 0.75 in 2D, 1.0 in 3D
+    wall_guard: Annotated[float, Field(ge=0, lt=1)] = (
+        0.7  # distance [spacing] to a wall particle that a fluid particle keeps; 0 is off
     )
     mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
     courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
@@ -315,13 +315,6 @@ class Scene(Part):
     def shifting(self) -> float:
         """Coefficient of the particle shift; 0 is off."""
         return (0.5 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
-
-    @property
-    def wall_guard(self) -> float:
-        """Distance [spacing] to wall particles that a fluid particle keeps; 0 is off. Smaller spheres leave
-        holes between the particles of a wall that is no lattice: below 0.7 in two, 0.9 in three dimensions."""
-        guard = self.numerics.wall_guard
-        return (0.75 if self.dimension == 2 else 1.0) if guard is None else guard
 
     @property
     def layers(self) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fsi import kernel
+from fsi import kernel, wall_guard
 from fsi.pressure import SOUND, iteration
 from fsi.scene import Scene
 from fsi.sweeps import Constants
@@ -42,7 +42,9 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         shifting=scene.shifting * h * h * slope * volume,
-        guard=scene.wall_guard * dr,
-        guard2=(scene.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
+        guard_level=wall_guard.level(numerics.wall_guard),
+        guard_reach2=(wall_guard.REACH * dr) ** -2,
+        guard_piece=wall_guard.PIECE * dr,
+        guard2=(1.1 * numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )
     return Constants(*(dtype(v) for v in values))

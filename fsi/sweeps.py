@@ -50,7 +50,9 @@ class Constants(NamedTuple):
     density: float
     mass: float
     shifting: float  # beta h^2 C V of the shift
-    guard: float  # distance that the wall guard keeps
+    guard_level: float  # crowding by wall particles that the guard allows
+    guard_reach2: float  # 1 / R^2 of that crowding
+    guard_piece: float  # length of way that it follows at a time
     guard2: float  # squared distance within which it looks
 
 

@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
-from tanks import pairs, random_fluid, still_tank
+from tanks import pairs, random_fluid
 
 from fsi import kernel
-from fsi.fluid import Fluid
-from fsi.layout import Layout
-from fsi.sweeps import DEFICIT, DIAGONAL, SUPPORT
-from fsi.threads import Team
+from fsi.sweeps import DEFICIT, DIAGONAL
 
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
 REST = np.zeros((2, 6))
@@ -134,29 +131,3 @@ def test_a_linear_field_of_acceleration_acts_at_the_particles():
     expected = position @ np.array([[-1.0, 0.0], [0.5, -2.0]])
     close((fluid.velocity - before) / fluid.dt, expected, 1e-12)
     assert np.allclose(fluid.driven(), expected.sum(0))
-
-
-@pytest.mark.parametrize("shifting", [0.0, 0.5])
-def test_nothing_passes_between_wall_particles(shifting):
-    """Over the widest gap of a sampled wall, 1.25 spacings, neither a fall nor a shift brings a particle closer than the
-    guard to either side."""
-    dr, guard = 0.1, 0.075
-    wall = np.array([[-0.625 * dr, 0.0], [0.625 * dr, 0.0]])
-    place = np.array([[0.0, np.sqrt(guard**2 - wall[0, 0] ** 2)], [0.01 * dr, dr]])
-    scene = still_tank(
-        spacing=dr, gravity=0.0, numerics={"precision": "double", "shifting": shifting, "wall_guard": 0.75}
-    )
-    layout = Layout(
-        place, np.array([[0.1, -1.0], [0.0, 0.0]]), np.zeros(2), wall, np.ones(2, np.int32),
-        np.array([-1.0, -1.0]), np.array([1.0, 1.0]), 0.5, (),
-    )  # fmt: skip
-    fluid = Fluid(scene, layout, Team(1))
-    fluid.begin(1e-3, np.zeros((2, 3)), np.zeros((2, 6)))
-    if shifting:
-        fluid._coefficients[:, SUPPORT] = 1.0  # as inside the fluid
-    before = fluid.velocity.sum(0)
-    _, impulse = fluid.correct()
-    low = np.argmin(fluid.position[:, 1])
-    assert np.linalg.norm(fluid.position[low] - wall, axis=1).min() > guard * (1 - 1e-5)
-    assert fluid.velocity[low] == pytest.approx([0.0, 0.0], abs=1e-3)
-    assert float(fluid.k.mass) * (fluid.velocity.sum(0) - before) == pytest.approx(-impulse[1, [0, 2]], rel=1e-12)
