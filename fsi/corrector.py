@@ -119,10 +119,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     if guarded and t_[DIM * L + m] < k.guard2:
                         for d in range(DIM):
                             way[d] = dt * velocity[i, d]
-                        if bend(
-                            i, base + span[g, 1], base + span[g, 2], lst, position, way, first, boundary,
-                            boundary_velocity, owner, centre, k, dt, mass / dt, impulse[c], room,
-                        ):  # fmt: skip
+                        walls = base + span[g, 1], base + span[g, 2], lst, first, boundary, boundary_velocity
+                        if bend(position[i], way, walls, (owner, centre, mass / dt, impulse[c]), k, dt, room):
                             sums[c, GUARDED] += 1.0
                             for d in range(DIM):
                                 velocity[i, d] = way[d] / dt
@@ -148,10 +146,8 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     if guarded and shifted and t_[DIM * L + m] < k.guard2:
                         for d in range(DIM):
                             way[d] = dt * velocity[i, d] + shift[d]
-                        bend(
-                            i, base + span[g, 1], base + span[g, 2], lst, position, way, first, boundary,
-                            boundary_velocity, owner, centre, k, dt, 0.0, impulse[c], room,
-                        )  # fmt: skip
+                        walls = base + span[g, 1], base + span[g, 2], lst, first, boundary, boundary_velocity
+                        bend(position[i], way, walls, (owner, centre, 0.0, impulse[c]), k, dt, room)
                         for d in range(DIM):
                             shift[d] = way[d] - dt * velocity[i, d]
                     for d in range(DIM):

@@ -25,129 +25,98 @@ def level(guard: float) -> float:
 
 @cache
 def make_guard(dim: int):
-    """`bend(...)`: the way of particle i in this step, bent so that it does not end where phi is above the level."""
+    """`bend(x, way, walls, books, k, dt, room)`: the way of a particle in this step, bent so that it does not end where
+    phi is above the level.
+
+    x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
+    list[near:far] - first. books: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
+    owners, added with its moment to taken (owners, 6)."""
     DIM = dim
 
     @helper(dim)
-    def crowding(i, near, far, lst, position, way, first, boundary, boundary_velocity, k, time, gradient):
-        """phi of particle i after a part `way` of its way, when the walls have moved for `time`; its gradient into
-        `gradient`."""
-        phi = 0.0
+    def closeness_to(b, x, way, walls, k, time, apart):
+        """1 - r^2 / R^2 to wall particle b, when it has moved for `time` and the particle for `way`; the vector from it
+        into `apart`."""
+        close = 1.0
+        for d in range(DIM):
+            apart[d] = x[d] + way[d] - walls[4][b, d] - time * walls[5][b, d]
+            close -= apart[d] * apart[d] * k.guard_reach2
+        return close
+
+    @helper(dim)
+    def crowding(x, way, walls, k, time, gradient, apart):
+        """phi after a part of the way; its gradient into `gradient`."""
+        phi, (near, far, lst, first, _, _) = 0.0, walls
         gradient[:] = 0.0
         for n in range(near, far):
-            b = lst[n] - first
-            close = 1.0
-            for d in range(DIM):
-                x = position[i, d] + way[d] - boundary[b, d] - time * boundary_velocity[b, d]
-                close -= x * x * k.guard_reach2
+            close = closeness_to(lst[n] - first, x, way, walls, k, time, apart)
             if close > 0.0:
                 phi += close * close
                 for d in range(DIM):
-                    x = position[i, d] + way[d] - boundary[b, d] - time * boundary_velocity[b, d]
-                    gradient[d] -= 4.0 * k.guard_reach2 * close * x
+                    gradient[d] -= 4.0 * k.guard_reach2 * close * apart[d]
         return phi
 
     @helper(dim)
-    def push(
-        i,
-        near,
-        far,
-        lst,
-        position,
-        way,
-        first,
-        boundary,
-        boundary_velocity,
-        k,
-        time,
-        size,
-        owner,
-        centre,
-        weight,
-        taken,
-        at,
-    ):
-        """Move the end of the way by -size times the gradient of phi; each wall particle's part of it, times -weight, is
-        an impulse on its owner."""
-        at[:] = way
+    def push(x, way, walls, books, k, time, size, gradient, apart):
+        """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
+        its owner."""
+        near, far, lst, first, _, _ = walls
+        owner, centre, weight, taken = books
         for n in range(near, far):
             b = lst[n] - first
-            close = 1.0
-            for d in range(DIM):
-                x = position[i, d] + at[d] - boundary[b, d] - time * boundary_velocity[b, d]
-                close -= x * x * k.guard_reach2
+            close = closeness_to(b, x, way, walls, k, time, apart)
             if close > 0.0:
                 for d in range(DIM):
-                    x = position[i, d] + at[d] - boundary[b, d] - time * boundary_velocity[b, d]
-                    change = 4.0 * size * k.guard_reach2 * close * x
-                    way[d] += change
-                    take_moment(i, d, -weight * change, position, owner[b], centre, taken)
+                    part = 4.0 * size * k.guard_reach2 * close * apart[d]
+                    take_moment(d, -weight * part, x, owner[b], centre, taken)
+        for d in range(DIM):
+            way[d] -= size * gradient[d]
 
     @helper(dim)
-    def take_moment(i, d, impulse, position, o, centre, taken):
-        """Add an impulse along d at particle i to what owner o has taken, and its moment about the owner's centre."""
+    def take_moment(d, impulse, x, o, centre, taken):
+        """Add an impulse along d at x to what owner o has taken, and its moment about the owner's centre."""
         axis = 2 if d == DIM - 1 else d
         taken[o, axis] += impulse
         for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
-            arm = position[i, a] - centre[o, a]
             axis_a = 2 if a == DIM - 1 else a
             if axis_a != axis:
                 sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                taken[o, 3 + 3 - axis - axis_a] += sign * arm * impulse
+                taken[o, 3 + 3 - axis - axis_a] += sign * (x[a] - centre[o, a]) * impulse
 
     @helper(dim)
-    def bend(
-        i, near, far, lst, position, way, first, boundary, boundary_velocity, owner, centre, k, dt, weight, taken, room
-    ):
-        """Bend the `way` (DIM,) of particle i among the wall particles of its list; returns whether it had to. What that
-        takes, times `weight`, goes to the walls' owners. `room` (3, DIM) is scratch."""
-        done, gradient, at = room[0], room[1], room[2]
-        done[:] = 0.0
-        allowed = max(
-            k.guard_level,
-            crowding(i, near, far, lst, position, done, first, boundary, boundary_velocity, k, 0.0, gradient),
-        )
-        length2 = 0.0
+    def longest(x, way, walls, k, dt):
+        """The longest way [m] of the particle relative to the wall particles that it might reach."""
+        length2, (near, far, lst, first, boundary, boundary_velocity) = 0.0, walls
         for n in range(near, far):
-            b, r2, apart2 = lst[n] - first, 0.0, 0.0
+            b, distance2, way2 = lst[n] - first, 0.0, 0.0
             for d in range(DIM):
-                apart2 += (position[i, d] - boundary[b, d]) ** 2
-                r2 += (way[d] - dt * boundary_velocity[b, d]) ** 2
-            if apart2 < k.guard2:
-                length2 = max(length2, r2)
-        pieces = 1 + int(math.sqrt(length2) / k.guard_piece)
+                distance2 += (x[d] - boundary[b, d]) ** 2
+                way2 += (way[d] - dt * boundary_velocity[b, d]) ** 2
+            if distance2 < k.guard2:
+                length2 = max(length2, way2)
+        return math.sqrt(length2)
+
+    @helper(dim)
+    def bend(x, way, walls, books, k, dt, room):
+        """Returns whether the way had to be bent; `room` (3, DIM) is scratch."""
+        done, gradient, apart = room[0], room[1], room[2]
+        done[:] = 0.0
+        allowed = max(k.guard_level, crowding(x, done, walls, k, 0.0, gradient, apart))
+        pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
             for d in range(DIM):
                 done[d] += way[d] / pieces
             time = dt * p / pieces
             for _ in range(ROUNDS):
-                phi = crowding(i, near, far, lst, position, done, first, boundary, boundary_velocity, k, time, gradient)
+                phi = crowding(x, done, walls, k, time, gradient, apart)
                 if phi <= 1.001 * allowed:
                     break
                 slope2 = 1e-12 * k.guard_reach2
                 for d in range(DIM):
                     slope2 += gradient[d] * gradient[d]
                 size = min((phi - allowed) / slope2, k.guard_piece / math.sqrt(slope2))
-                push(
-                    i,
-                    near,
-                    far,
-                    lst,
-                    position,
-                    done,
-                    first,
-                    boundary,
-                    boundary_velocity,
-                    k,
-                    time,
-                    size,
-                    owner,
-                    centre,
-                    weight,
-                    taken,
-                    at,
-                )
+                push(x, done, walls, books, k, time, size, gradient, apart)
                 bent = True
         if bent:
             for d in range(DIM):
