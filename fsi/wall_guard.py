@@ -16,6 +16,9 @@ from fsi.compiled import helper
 REACH = 1.25  # spacings over which wall particles crowd
 PIECE = 0.2  # spacings; the way of a step is followed in pieces no longer than that
 ROUNDS = 4  # of correction at most after each piece
+SQUEEZED = (
+    0.25  # gradient over the sum of its parts' sizes, below which walls on both sides leave a particle no way out
+)
 
 
 def level(guard: float) -> float:
@@ -45,16 +48,17 @@ def make_guard(dim: int):
 
     @helper(dim)
     def crowding(x, way, walls, k, time, gradient, apart):
-        """phi after a part of the way; its gradient into `gradient`."""
-        phi, (near, far, lst, first, _, _) = 0.0, walls
+        """phi after a part of the way, and the sum of the sizes of its gradient's parts; the gradient into `gradient`."""
+        phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
         gradient[:] = 0.0
         for n in range(near, far):
             close = closeness_to(lst[n] - first, x, way, walls, k, time, apart)
             if close > 0.0:
                 phi += close * close
+                parts += 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close))  # as r / R = sqrt(1 - close)
                 for d in range(DIM):
                     gradient[d] -= 4.0 * k.guard_reach2 * close * apart[d]
-        return phi
+        return phi, parts
 
     @helper(dim)
     def push(x, way, walls, books, k, time, size, gradient, apart):
@@ -101,7 +105,7 @@ def make_guard(dim: int):
         """Returns whether the way had to be bent; `room` (3, DIM) is scratch."""
         done, gradient, apart = room[0], room[1], room[2]
         done[:] = 0.0
-        allowed = max(k.guard_level, crowding(x, done, walls, k, 0.0, gradient, apart))
+        allowed = max(k.guard_level, crowding(x, done, walls, k, 0.0, gradient, apart)[0])
         pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
@@ -109,15 +113,18 @@ def make_guard(dim: int):
                 done[d] += way[d] / pieces
             time = dt * p / pieces
             for _ in range(ROUNDS):
-                phi = crowding(x, done, walls, k, time, gradient, apart)
+                phi, parts = crowding(x, done, walls, k, time, gradient, apart)
                 if phi <= 1.001 * allowed:
                     break
-                slope2 = 1e-12 * k.guard_reach2
+                slope2 = 0.0
                 for d in range(DIM):
                     slope2 += gradient[d] * gradient[d]
-                size = min((phi - allowed) / slope2, k.guard_piece / math.sqrt(slope2))
+                steep2 = max(slope2, (SQUEEZED * parts) ** 2)
+                size = min((phi - allowed) / steep2, k.guard_piece / math.sqrt(steep2))
                 push(x, done, walls, books, k, time, size, gradient, apart)
                 bent = True
+                if steep2 > slope2:
+                    break
         if bent:
             for d in range(DIM):
                 way[d] = done[d]
