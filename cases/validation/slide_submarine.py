@@ -112,10 +112,13 @@ class Way(Pictured):
     def charts(self) -> list[Chart]:
         t, s = self.series()
         if self.name.endswith("prescribed"):
-            led = ("water and weight", self.time[1:], MASS * G * S + np.array(self.load[1:]))
-            needed = ("mass times acceleration", self.time, MASS * np.gradient(self.speed, self.time))
+            time = np.array(self.time)
+            shown = time <= END  # the stop at the end of the ramp is two hundred times as large
+            needed = MASS * np.gradient(self.speed, time)
+            lines = [("water and weight", time[shown][1:], MASS * G * S + np.array(self.load)[shown][1:])]
+            lines += [("mass times acceleration", time[shown], needed[shown])]
             title = "Force down the ramp on the slide; the difference is what leads it"
-            return [Chart("force", title, "time [s]", "force [N/m]", (led, needed))]
+            return [Chart("force", title, "time [s]", "force [N/m]", tuple(lines))]
         a, u = best_law(t, s)
         lines = [("run", self.time, self.way), ("rigid body, added mass and drag fitted", t, law(t, a, u))]
         lines += [("rigid body, added mass of potential flow", t, way_of(t, self.glued))]
