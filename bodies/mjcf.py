@@ -139,7 +139,8 @@ def _compile(spec: mujoco.MjSpec, path: object) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        raise SceneError(_one_line(error), file=path, fix="correct the MJCF") from None
+        fix = "give its geoms mass or density" if "mass and inertia" in str(error) else "correct the MJCF"
+        raise SceneError(_one_line(error), file=path, fix=fix) from None
 
 
 def _count_meshes_exactly(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:

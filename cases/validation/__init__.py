@@ -41,7 +41,7 @@ MODULES = {
         "long_run",
     ),
     "coupling.archimedes": ("archimedes_box", "archimedes_ball", "archimedes_box_3d", "archimedes_ball_3d"),
-    "coupling.decay": ("decay_heave_2d", "decay_pitch_2d", "decay_sphere", "decay_spar"),
+    "coupling.decay": ("decay_heave_2d", "decay_pitch_2d", "decay_roll_2d", "decay_sphere", "decay_spar"),
     "coupling.forced_heave": ("forced_heave_3", "forced_heave_4", "forced_heave_5"),
     "coupling.agreement": ("schemes_flap",),
     "coupling.stability": ("stability_heave", "stability_flap", "stability_box", "stability_raft"),
