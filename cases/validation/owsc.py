@@ -23,7 +23,7 @@ import numpy as np
 from cases.validation.case import Case
 from cases.validation.pictures import Chart, Pictured
 from cases.validation.scenes import builder, spacings
-from fsi.gauges import elevation
+from fsi.gauges import elevation, pressure_at
 from fsi.simulation import Simulation
 
 PERIOD, HEIGHT = 1.34, 0.15
@@ -47,7 +47,7 @@ def flap_linear() -> float:
 
 
 class Pitch(Pictured):
-    """Pitch of the flap and the elevation beside it."""
+    """Pitch of the flap, the elevation beside it, and the pressure where its sensors are at rest."""
 
     moments, colour, interval = (), "u", 0.01
 
@@ -59,13 +59,18 @@ class Pitch(Pictured):
         self.moments = (end - PERIOD, end - 0.75 * PERIOD, end - 0.5 * PERIOD, end - 0.25 * PERIOD)
         gauge = scene.gauges["beside"]
         self.gauge = np.array([gauge.x, gauge.y][: scene.dimension - 1])
-        self.time, self.pitch, self.level, self.leaks = [], [], [], 0
+        self.probes = {name: np.array(probe.position) for name, probe in scene.probes.items()}
+        self.time, self.pitch, self.level, self.pressure, self.leaks = [], [], [], [], 0
 
     def sample(self, sim: Simulation) -> None:
         self.time.append(sim.time)
         self.pitch.append(float(sim.bodies.joints()["joint_position"][0]))
         self.level.append(elevation(sim.fluid.position, self.gauge, sim.scene.spacing, sim.scene.smoothing_length))
-        self.leaks = sim.fluid.lost
+        fluid, rho_g = sim.fluid, sim.scene.fluid.density * sim.scene.gravity
+        h = sim.scene.smoothing_length
+        points = self.probes.values()
+        self.pressure.append([pressure_at(fluid.position, fluid.pressure_values, point, h, rho_g) for point in points])
+        self.leaks = fluid.lost
 
     def steady(self) -> tuple[np.ndarray, np.ndarray]:
         """The last two periods."""
@@ -101,9 +106,12 @@ class Pitch(Pictured):
         lines = [("run", self.time, np.degrees(self.pitch))]
         lines += [(f"linear, {bound:+.1f} degrees", ends, [bound, bound]) for bound in bounds]
         lines += [("experiment, +30 and -36 degrees", [*ends, math.nan, *ends], [30, 30, math.nan, -36, -36])]
+        sensors = zip(self.probes, 1e-3 * np.array(self.pressure).T, strict=True)
+        pressures = tuple((name.replace("_", " "), self.time, values) for name, values in sensors)
         return [
             Chart("pitch", "Pitch of the flap", "time [s]", "pitch [degrees]", tuple(lines)),
             Chart("level", "Elevation beside the flap", "time [s]", "elevation [m]", (("run", self.time, self.level),)),
+            Chart("pressure", "Pressure where the sensors are at rest", "time [s]", "pressure [kPa]", pressures),
         ]
 
 
