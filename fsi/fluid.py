@@ -284,7 +284,7 @@ class Fluid:
         self._extrapolate(self._trial)
         near = self._near
         self.team.run(
-            self._source, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.k,
+            self._source, near.bounds, near.groups, self._trial, self._field, self._twin, self._coefficients, self.k,
             self.dtype(self.dt), self.dtype(self.weights[0][0]),
         )  # fmt: skip
         if self.scene.closed:
@@ -292,8 +292,6 @@ class Fluid:
         self.periodic.mirror(self._field, slice(self.dim, None))
         if echo:
             self._rouse(echo)
-        if len(self.weights) > 1:
-            self._twin[: self.count, self.dim] = self._trial[: self.count, self.dim]  # the pressure before
         self._relax(self.weights[1:], self.scene.numerics.pressure_tolerance if self._solves else None, echo)
         if self.scene.closed:
             p = self._field[: self.count, self.dim]

@@ -26,6 +26,7 @@ RUN = 16  # particles that share candidates
 CANDIDATES = 2048  # at most, for one run
 SPARE_ROOM = 1.03  # of a chunk's list over what it held in the last step
 SPARE_GROUPS = 1.05  # the same of its groups
+SPARE_MEMORY = 1.01  # of all of them over what is asked for: fresh memory is slow
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
 
@@ -220,11 +221,11 @@ class Neighbours:
             list_offset = _offsets(self._need * SPARE_ROOM + slack_of(self.lanes))
             group_offset = _offsets(self._groups * SPARE_GROUPS + 2 + RUN // self.lanes)
             if len(self._group) < group_offset[-1]:
-                places = int(1.05 * group_offset[-1])
+                places = int(SPARE_MEMORY * group_offset[-1])
                 self._group, self._span = np.empty(places, np.int32), np.empty((places, 3), np.int32)
             if not list_offset[-1] <= self._list.size <= 1.2 * list_offset[-1]:
                 self._list = None  # before the new one is made
-                self._list = np.empty(list_offset[-1], np.int32)
+                self._list = np.empty(int(SPARE_MEMORY * list_offset[-1]), np.int32)
             self.team.run(
                 make_search(self.lanes, self.dim), bounds, own.start, own_row, xs, starts, rows, len(others),
                 grid.cell.astype(f32), grid.shape, self._radius, self._longest,

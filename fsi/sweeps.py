@@ -156,12 +156,13 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
 @cache
 def make_source(lanes: int, dim: int, dense: bool):
     """The source of the pressure equation, div u*/dt + gamma (1 - rho/rho_lattice)/dt^2, and its first sweep, from the
-    pressures of `trial` into `field`: p + alpha (J(p) - p), J(p) = (sum a_ij p_j - s_i) / a_ii (`fsi.pressure`)."""
+    pressures of `trial` into `field`: p + alpha (J(p) - p), J(p) = (sum a_ij p_j - s_i) / a_ii (`fsi.pressure`). `before`,
+    which may be `field`, keeps p for the next sweep."""
     L, DIM = lanes, dim
     P, U, R = dim, dim + 1, 2 * dim + 1
 
     @compiled(lanes, dim, dense)
-    def source(counter, bounds, groups, trial, field, coefficients, k, dt, alpha):
+    def source(counter, bounds, groups, trial, field, before, coefficients, k, dt, alpha):
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty(2 * L, trial.dtype)
         while True:
@@ -197,6 +198,7 @@ def make_source(lanes: int, dim: int, dense: bool):
                     coefficients[i, SOURCE] = s_i
                     p, jacobi = trial[i, P], (k.laplacian_factor * t_[L + m] - s_i) / coefficients[i, DIAGONAL]
                     inner = coefficients[i, INNER]
+                    before[i, P] = p
                     field[i, P] = p + (1.0 + inner * (alpha - 1.0)) * (jacobi - p)
 
     return source
