@@ -10,6 +10,7 @@ from cases.bench.pairs import pair_counts
 from cases.bench.roofline import machine_peak, roofline
 
 PASSES = {"predictor": 1, "first sweep": 1, "corrector": 1}  # of a step over all pairs, besides the further sweeps
+LARGE = 2_000_000  # particles, from which on two rounds have to do
 
 
 def speeds(sizes: dict[str, tuple[int, int]], threads: int, rounds: int, visit: float) -> tuple[list[dict], list[dict]]:
@@ -99,7 +100,7 @@ def flatness(dimension: int, groups: Sequence[Sequence[int]], rounds: int, visit
     rows = []
     for sizes in groups:
         blocks = [Block(dimension, particles) for particles in sizes]
-        measure(blocks, rounds, visit)
+        measure(blocks, rounds if max(sizes) < LARGE else min(rounds, 2), visit)
         for block in blocks:
             row = {"dimension": dimension, "particles": block.fluid.count, "ns_per_particle": block.nanoseconds()}
             row["bytes_per_particle"] = block.fluid.nbytes / block.fluid.count
