@@ -115,17 +115,19 @@ class CellSort:
 
     def __init__(self, grid: Grid, team: Team):
         self.grid, self.team = grid, team
-        self.start = np.zeros(grid.cells + 1, np.int32)
+        self.start = np.empty(0, np.int32)
         self.inside = 0
 
     def room(self, count: int) -> int:
         """Numbers of scratch that so many particles need."""
-        return 2 * count + self.team.threads * self.start.size
+        return 2 * count + self.team.threads * (self.grid.cells + 1)
 
     def update(self, position: np.ndarray, scratch: np.ndarray | None = None) -> np.ndarray:
         """Sort positions (n, dim); the order (n,) int32, the particle at each sorted place. It stands in `scratch`, int32
         and at least `room` long, if that is given."""
         n, grid, team = len(position), self.grid, self.team
+        if self.start.size == 0:
+            self.start = np.zeros(grid.cells + 1, np.int32)
         scratch = np.empty(self.room(n), np.int32) if scratch is None else scratch
         order, key, rest = scratch[:n], scratch[n : 2 * n], scratch[2 * n : self.room(n)]
         counts = rest.reshape(team.threads, -1)

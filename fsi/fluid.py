@@ -16,9 +16,10 @@ from fsi.neighbours import Neighbours
 from fsi.periodic import Periodic
 from fsi.pressure import iteration, solution
 from fsi.rheology import Rheology, varies, viscid
-from fsi.rows import gather, largest_change, pack_boundary, pack_fluid
+from fsi.rows import gather, largest_change, pack_fluid
 from fsi.scene import Scene
 from fsi.scheme import sweep_constants
+from fsi.shore import Shore
 from fsi.threads import Team
 from fsi.timestep import TimeStep
 
@@ -51,7 +52,6 @@ class Fluid:
         self.boundary_velocity = self.boundary_skin = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
-        self._smooth: np.ndarray | None = None
         self.lost = 0
         self.fall = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.fall[-1] -= scene.gravity
@@ -61,9 +61,8 @@ class Fluid:
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self._sort, self._boundary_sort = CellSort(self.grid, team), CellSort(self.grid, team)
+        self._sort = CellSort(self.grid, team)
         self._near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
-        self._boundary_near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._compose()
         self._allocate()
 
@@ -84,23 +83,19 @@ class Fluid:
         self._corrector = corrector.make_corrector(
             L, D, guarded, len(self.zones) > 0, shifted, dense, shifted and surface
         )
-        self._no_slip = laminar and numerics.wall_slip == "no_slip"
-        self._stiff = implicit and self._no_slip and self.owners > FIRST_BODY
-        self._drag = self.rheology.drag if special else boundary.make_drag(L, D) if self._no_slip else None
-        self._viscous = laminar or numerics.artificial_viscosity > 0
-        self._weights = boundary.make_weights(L, D, self._no_slip, dense)
+        no_slip = laminar and numerics.wall_slip == "no_slip"
+        self._stiff = implicit and no_slip and self.owners > FIRST_BODY
+        self._viscous = laminar or artificial
+        drag = self.rheology.drag if special else boundary.make_drag(L, D) if no_slip else None
+        self.shore = Shore(
+            self.scene, self.grid, len(self.owner), self.k, self.dtype, self.team, drag=drag if no_slip else None,
+            no_slip=no_slip, dense=dense,
+        )  # fmt: skip
 
     def _allocate(self) -> None:
-        b, dim = len(self.boundary), self.dim
         self._capacity = 0
         self._spare = {}
         self._reserve(len(self.position))
-        self._sorted_boundary = np.zeros((b, dim))
-        self._sorted_velocity = self._sorted_skin = np.zeros((b, dim))
-        self._sorted_owner = np.zeros(b, np.int32)
-        self._lift = np.zeros((b, 1), self.dtype)
-        self._shepard = np.zeros((b, 1 + dim), self.dtype)
-        self._force = np.empty((0, b, dim))
 
     def _reserve(self, count: int) -> None:
         """Make room for so many fluid particles, ghosts included."""
@@ -110,7 +105,7 @@ class Fluid:
         dim, b = self.dim, len(self.boundary)
         rows, columns = n + b + 16, 5 if self.scene.shifting else 4
         # Memory for what does not stand at the same time: the orders, then the positions for the search, then the coefficients.
-        orders = max(self._sort.room(n), self._boundary_sort.room(b))
+        orders = max(self._sort.room(n), self.shore.sort.room(b))
         size = max(4 * orders, 4 * dim * rows, np.dtype(self.dtype).itemsize * n * columns)
         self._scratch = np.zeros(size, np.uint8)
         self._orders = self._scratch[: 4 * orders].view(np.int32)
@@ -154,13 +149,13 @@ class Fluid:
         chosen = self.of_owner(owner)
         self.boundary[chosen], self.boundary_velocity[chosen] = position, velocity
         if skin is not None and self.boundary_skin is self.boundary_velocity:
-            self.boundary_skin, self._sorted_skin = self.boundary_velocity.copy(), self._sorted_velocity.copy()
+            self.boundary_skin = self.boundary_velocity.copy()
         if self.boundary_skin is not self.boundary_velocity:
             self.boundary_skin[chosen] = velocity if skin is None else skin
 
     def sort_velocities(self) -> None:
         """Take over changes of `boundary_velocity` since `begin`, for the wall guard."""
-        self._sorted_velocity[: self._solids] = self.boundary_velocity[self._boundary_order]
+        self.shore.velocity[: self.shore.count] = self.boundary_velocity[self.shore.order]
 
     def of_owner(self, owner: int) -> slice:
         """Boundary particles of an owner."""
@@ -169,33 +164,24 @@ class Fluid:
     def begin(self, dt: float, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None = None) -> None:
         """Sort and pack everything where it stands now, and find the neighbours. centre (owners, 3), twist
         (owners, 6): of the owners now; smooth (owners, 6, 6) as in `BodyMotion`."""
-        self.dt, self._centre, self._twist, self._smooth = dt, centre, twist, smooth
-        self._centre_here = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)
+        self.dt = dt
+        self.shore.begin(centre, twist, smooth)
         real, sources = self.count, self._add_ghosts()
         order = self._sort.update(self.position, self._orders)
         self._rows = n = self._sort.inside
         self.lost += real - n + self.periodic.link(order, sources, real, n)
         self._state = [self._in_order(a, order, n) for a in self._state]
-        rows, b = (self._flow, self._trial, self._field, self._twin), 0
-        if len(self.boundary):
-            order = self._boundary_sort.update(self.boundary, self._orders)
-            self._boundary_order = order[: self._boundary_sort.inside].copy()
-            b = len(self._boundary_order)
+        self.shore.arrange(self.boundary, self._orders)
+        rows, b = (self._flow, self._trial, self._field, self._twin), self.shore.count
         if n:
             self.team.run(pack_fluid, whole(n), self.grid.lower, *self._state[:3], self._xs, *rows)
-        if b:
-            pack_boundary(
-                self._boundary_order, n, self.grid.lower, self.boundary, self.boundary_velocity, self.boundary_skin,
-                self.owner, self._sorted_boundary, self._sorted_velocity, self._sorted_skin, self._sorted_owner, dt,
-                self.fall, self._xs, *rows,
-            )  # fmt: skip
-        self._solids, self._kept = b, slice(None)
+        solid = self.boundary, self.boundary_velocity, self.boundary_skin, self.owner
+        self.shore.pack(n, solid, dt, self.fall, self._xs, *rows)
+        self._kept = slice(None)
         if self._relative is not None:
             self._pack_density(n, b)
-        kinds = [(self._sort, 0)] + ([(self._boundary_sort, n)] if b else [])
-        self._near.update(self._sort, 0, self._xs, kinds)
-        if b:
-            self._boundary_near.update(self._boundary_sort, n, self._xs, kinds[:1])
+        self._near.update(self._sort, 0, self._xs, [(self._sort, 0)] + ([(self.shore.sort, n)] if b else []))
+        self.shore.find(self._sort, self._xs)
 
     def _pack_density(self, n: int, b: int) -> None:
         """The column r of all rows (`fsi.sweeps`), also of the ghosts."""
@@ -248,9 +234,7 @@ class Fluid:
         """Trial velocities and the coefficients of the pressure equation."""
         if self.fall_gradient is not None:
             self.velocity += self.dt * self.position @ self.fall_gradient.T
-        if self._solids:
-            near = self._boundary_near
-            self.team.run(self._weights, near.bounds, near.groups, self.count, self._flow, self._shepard, self.k)
+        self.shore.weigh(self._flow)
         near, rheology = self._near, self.rheology
         if rheology:
             kind = np.zeros(self.count, np.int8) if self.liquid is None else self.liquid[self.label]
@@ -260,10 +244,10 @@ class Fluid:
             self.fall, self.k, self.dtype(self.dt),
         )  # fmt: skip
         if rheology and rheology.implicit:
-            shore = self._boundary_near if self._solids else None
-            self._set_lift(self._acceleration[None], self._twist, self.fall, self._lift)
-            self._extrapolate(self._trial)
-            rows, walls = (self._flow, self._trial), (self._shepard, self._sorted_skin)
+            shore = self.shore.near if self.shore.count else None
+            self.shore.accelerate(self._acceleration, self.fall)
+            self.shore.extrapolate(self._trial)
+            rows, walls = (self._flow, self._trial), (self.shore.weights, self.shore.skin)
             self._flow = rheology.solve(near, shore, *rows, self.velocity, walls, self.k, self.dt, self.periodic)
             self._trial[: self.count, self.dim + 1 : 2 * self.dim + 1] = self.velocity
         elif rheology:
@@ -280,8 +264,8 @@ class Fluid:
     def pressure(self, acceleration: np.ndarray, echo: Echo | None = None) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
         self._acceleration = acceleration
-        self._set_lift(acceleration[None], self._twist, self.fall, self._lift)
-        self._extrapolate(self._trial)
+        self.shore.accelerate(acceleration, self.fall)
+        self.shore.extrapolate(self._trial)
         near = self._near
         self.team.run(
             self._source, near.bounds, near.groups, self._trial, self._field, self._twin, self._coefficients, self.k,
@@ -296,7 +280,7 @@ class Fluid:
         if self.scene.closed:
             p = self._field[: self.count, self.dim]
             p -= p[self.label >= 0].min() if self.scene.gravity > 0 else p[self.label >= 0].mean()
-        self._extrapolate(self._field, echo)
+        self.shore.extrapolate(self._field, echo)
         wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
         return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
 
@@ -304,14 +288,12 @@ class Fluid:
         """`pressure`, and what each acceleration in `units` (m, owners, 6) adds: the wrench (owners, 6), then the changes
         of the pressure (m, rows), valid until the next call, and of the wrench (m, owners, 6). They are exact, because
         the update is linear in the acceleration, and confined to what the motion of the owners can reach in it."""
-        m, n = len(units), self.count + self._solids
+        m, n = len(units), self.count + self.shore.count
         if len(self._echoes) == 0 or self._echoes[0].shape != (len(self._field), m):
             self._echoes = [np.zeros((len(self._field), m), self.dtype) for _ in range(2)]
-        lift = np.zeros((self._solids, m), self.dtype)
-        self._set_lift(units, np.zeros_like(self._twist), np.zeros(self.dim), lift)
-        echo = Echo(*self._echoes, lift, self._box_of(units), 2 * self.scene.smoothing_length)
+        echo = Echo(*self._echoes, self.shore.lift_of(units), self._box_of(units), 2 * self.scene.smoothing_length)
         wrench = self.pressure(acceleration, echo)
-        changes = self._wrenches(echo.rows, m, column=0)
+        changes = self.shore.press(self._field, echo.rows, column=0, columns=m)
         return wrench, echo.rows[:n].T, changes + self._grasp(units) if self._stiff else changes
 
     def _box_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -324,7 +306,7 @@ class Fluid:
 
     def _rouse(self, echo: Echo) -> None:
         """The first sweep of responses."""
-        echo.begin(self.count, self._shepard)
+        echo.begin(self.count, self.shore.weights)
         echo.spread()
         near = self._near
         self.team.run(
@@ -333,24 +315,15 @@ class Fluid:
         )  # fmt: skip
 
     def _grasp(self, accelerations: np.ndarray) -> np.ndarray:
-        """Change (m, owners, 6) of the viscous wrench over the step by accelerations (m, owners, 6): implicit viscosity is
-        stiff for bodies too, so that their drag counts with the velocity at the end of the step."""
-        b, axes = self._solids, [0, 2] if self.dim == 2 else [0, 1, 2]
-        owner, arm = self._sorted_owner[:b], np.zeros((b, 3))
-        arm[:, axes] = self._sorted_boundary[:b] - self._centre_here[owner]
-        shore = self._boundary_near
-        grip = self.rheology.grip(shore, self._flow, self.count, b, self.k)
-        wrenches = np.zeros((len(accelerations), self.owners, 6))
-        for a, total in zip(accelerations[:, owner], wrenches, strict=True):
-            along = (a[:, :3] + np.cross(a[:, 3:], arm))[:, axes]
-            self._add_wrenches(-self.dt * grip[:, None] * along, total, least=FIRST_BODY)
-        return wrenches
+        """Change (m, owners, 6) of the viscous wrench by accelerations (m, owners, 6), see `Shore.grasp`."""
+        grip = self.rheology.grip(self.shore.near, self._flow, self.count, self.shore.count, self.k)
+        return self.shore.grasp(grip, self.dt, accelerations)
 
     def _relax(self, weights, tolerance: float | None, echo: Echo | None = None) -> None:
         """Sweeps with these weights, until one changes the pressure by less than tolerance times its maximum."""
         taken = 0
         for alpha, beta in weights:
-            self._extrapolate(self._field, echo)
+            self.shore.extrapolate(self._field, echo)
             self._advance_pressure(alpha, beta, echo)
             taken += 1
             if tolerance and self._change(self._twin) <= tolerance:
@@ -384,10 +357,10 @@ class Fluid:
         self.team.run(
             self._corrector, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.label,
             self.position, self.velocity, self.pressure_values, self.fall, self.k, self.dt, self.zones, self.count,
-            self._sorted_boundary, self._sorted_velocity, self._sorted_owner, self._centre_here, impulse, sums,
+            self.shore.position, self.shore.velocity, self.shore.owner, self.shore.centre, impulse, sums,
         )  # fmt: skip
         self._drop_ghosts()
-        impulse = self._smoothed(impulse.sum(0))
+        impulse = self.shore.smoothed(impulse.sum(0))
         maxima = sums[:, : corrector.KINETIC].max(0, initial=0.0)
         return np.concatenate([maxima, sums[:, corrector.KINETIC :].sum(0)]), impulse
 
@@ -403,64 +376,9 @@ class Fluid:
 
     def wrench(self, viscous: bool = False, walls: bool = False) -> np.ndarray:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
-        wrench = self._wrenches(self._field, 1, column=self.dim, least=0 if walls else 1)[0]
-        if viscous and self._no_slip and self._solids:
-            near, least, force = self._boundary_near, 0 if walls else 1, self._forces(1)[0]
-            self.team.run(
-                self._drag, near.bounds, near.groups, self.count, self._flow, self._sorted_owner[: self._solids], least,
-                force, self.k,
-            )  # fmt: skip
-            self._add_wrenches(force, wrench, least)
-        return wrench
-
-    def _wrenches(self, values: np.ndarray, columns: int, column: int, least: int = 1) -> np.ndarray:
-        """Wrenches (m, owners, 6) of the pressures in the columns of `values` from `column` on."""
-        wrench = np.zeros((columns, self.owners, 6))
-        if self._solids:
-            near, forces = self._boundary_near, self._forces(columns)
-            self.team.run(
-                boundary.make_force(self.lanes, self.dim, column, columns), near.bounds, near.groups, self.count,
-                self._field, values, self._sorted_owner[: self._solids], least, forces, self.k,
-            )  # fmt: skip
-            for force, total in zip(forces, wrench, strict=False):
-                self._add_wrenches(force, total, least)
-        return self._smoothed(wrench)
-
-    def _forces(self, columns: int) -> np.ndarray:
-        """Room for that many forces on each boundary particle; of those without an owner that is asked for nothing counts."""
-        if len(self._force) < columns:
-            self._force = np.zeros((columns, len(self.boundary), self.dim))
-        return self._force
-
-    def _smoothed(self, wrench: np.ndarray) -> np.ndarray:
-        """The wrenches (..., owners, 6), without the moment that no smooth body of their shape would get."""
-        return wrench if self._smooth is None else np.einsum("oij,...oj->...oi", self._smooth, wrench)
-
-    def _add_wrenches(self, force: np.ndarray, wrench: np.ndarray, least: int = 0) -> None:
-        b = self._solids
-        boundary.wrenches(
-            self._sorted_boundary[:b], force[:b], self._sorted_owner[:b], self._centre_here, least, wrench
-        )
-
-    def _set_lift(self, accelerations, twist, fall, lift) -> None:
-        b = self._solids
-        if self._smooth is not None:  # and without the spin that no fluid would feel
-            accelerations = np.einsum("moi,oij->moj", accelerations, self._smooth)
-            twist = np.einsum("oi,oij->oj", twist, self._smooth)
-        boundary.lift_of(
-            self._sorted_boundary[:b], self._sorted_owner[:b], self._centre, accelerations, twist, fall,
-            self.scene.fluid.density, self._shepard[:b], lift,
-        )  # fmt: skip
-
-    def _extrapolate(self, rows, echo: Echo | None = None) -> None:
-        """Pressures of the boundary; those of responses with them."""
-        if self._solids:
-            near, echo = self._boundary_near, echo or self._silence
-            echo.spread()
-            self.team.run(
-                boundary.make_extrapolation(self.lanes, self.dim, echo.columns), near.bounds, near.groups, self.count,
-                rows, self._shepard, self._lift, self.k, echo.rows, echo.lift, echo.low, echo.high,
-            )  # fmt: skip
+        least = 0 if walls else 1
+        wrench = self.shore.press(self._field, self._field, column=self.dim, columns=1, least=least)[0]
+        return wrench + self.shore.drag(self._flow, least) if viscous else wrench
 
     def _balance_source(self) -> None:
         """Without a free surface the pressure is known up to a constant only, and has a solution only for a source
@@ -490,7 +408,7 @@ class Fluid:
         arrays = [a for a in vars(self).values() if isinstance(a, np.ndarray)] + self._echoes
         arrays = {id(whole): whole for whole in map(_memory_of, (*arrays, *self._spare.values()))}.values()
         own = sum(a.nbytes for a in arrays) + (self.rheology.nbytes if self.rheology else 0)
-        return own + sum(p.nbytes for p in (self._sort, self._boundary_sort, self._near, self._boundary_near))
+        return own + sum(part.nbytes for part in (self._sort, self._near, self.shore))
 
 
 def _memory_of(array: np.ndarray) -> np.ndarray:

@@ -16,11 +16,11 @@ PARTS = {
     "spare, to sort into": {"spare"},
     "packed rows": {"flow", "trial", "field", "twin"},
     "coefficients, before them orders and positions for the search": {"scratch", "orders", "xs", "coefficients"},
-    "lists": {"near", "boundary_near"},
-    "sort and cells": {"sort", "boundary_sort"},
+    "lists of the fluid": {"near"},
+    "cells": {"sort"},
     "responses": {"echoes"},
 }
-BOUNDARY = "boundary only"
+BOUNDARY = "boundary alone, its lists included"
 VARIANTS = {
     "single": {},
     "single, one sweep": {"sweeps": 1},

@@ -58,8 +58,8 @@ def random_fluid(
 
 def pairs(fluid):
     """x_ij (n, n + b, dim), r2, F and W of every fluid particle with every fluid and boundary particle, in float64."""
-    b = fluid._solids
-    everything = np.concatenate([fluid.position, fluid._sorted_boundary[:b]])
+    b = fluid.shore.count
+    everything = np.concatenate([fluid.position, fluid.shore.position[:b]])
     x = fluid.position[:, None] - everything[None]
     r2 = (x**2).sum(-1)
     h, dim = fluid.scene.smoothing_length, fluid.dim

@@ -40,15 +40,15 @@ def test_pressure_equation_and_gradient_match_all_pairs(dim, precision, toleranc
     x, r2, F, _ = pairs(fluid)
     n, h, volume, r = fluid.count, fluid.scene.smoothing_length, 0.1**dim, fluid.relative
     assert set(np.round(r, 9)) == {1.0, 7.0}
-    both = np.hstack([np.tile(r, (n, 1)), np.tile(r[:, None], fluid._solids)])  # a wall's is its partner's
+    both = np.hstack([np.tile(r, (n, 1)), np.tile(r[:, None], fluid.shore.count)])  # a wall's is its partner's
     link = 2 / (r[:, None] + both)
     a = 2 / 1000 * volume * F * r2 / (r2 + (0.1 * h) ** 2) * link
     inside = (F * r2).sum(1) * volume / dim > 0.9
     diagonal = fluid._coefficients[:n, DIAGONAL].astype(float)
     assert np.abs(diagonal - a.sum(1))[inside].max() <= 10 * tolerance * diagonal.max()
-    trial = fluid._trial[: n + fluid._solids, dim].astype(float)
+    trial = fluid._trial[: n + fluid.shore.count, dim].astype(float)
     expected = (a @ trial - fluid._coefficients[:n, SOURCE]) / diagonal
-    p = fluid._field[: n + fluid._solids, dim].astype(float)
+    p = fluid._field[: n + fluid.shore.count, dim].astype(float)
     assert np.abs(p[:n] - expected).max() <= 20 * tolerance * np.abs(p).max()
     before = fluid.velocity.copy()
     between = (both * p[:n, None] + r[:, None] * p[None]) * link / r[:, None]

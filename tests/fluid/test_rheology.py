@@ -92,7 +92,7 @@ def test_implicit_viscosity_solves_its_equation(boundary):
     if boundary:
         shepard = W[:, n:] / np.maximum(W[:, n:].sum(0), 1e-300)
         A = A - a[:, n:] @ shepard.T
-        right = start + dt * 2 * a[:, n:] @ fluid._sorted_velocity[: fluid._solids]
+        right = start + dt * 2 * a[:, n:] @ fluid.shore.velocity[: fluid.shore.count]
     exact = np.linalg.solve(np.eye(n) - dt * A, right)
     stiffness = dt * np.abs(A).sum(1).max()
     assert stiffness > 10

@@ -80,12 +80,12 @@ unused = {f"fsi.waves.{name}" for name in ("irregular", "solitary", "packet", "a
 assert not unused & set(sys.modules), unused & set(sys.modules)
 
 fluid = sim.fluid
-used = {fluid._predictor, fluid._source, fluid._corrector, fluid._weights, sweeps.make_sweep(fluid.lanes, 2, False, 0),
+used = {fluid._predictor, fluid._source, fluid._corrector, fluid.shore.weigher, sweeps.make_sweep(fluid.lanes, 2, False, 0),
         boundary.make_extrapolation(fluid.lanes, 2, 0)}
 assert all(len(kernel.signatures) == 1 for kernel in used)
 assert fluid._predictor is sweeps.make_predictor(fluid.lanes, 2, "none", False, False, False, True)  # no viscosity, no shift
 assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False, False)  # nor densities
-assert fluid._weights is boundary.make_weights(fluid.lanes, 2, False, False)
+assert fluid.shore.weigher is boundary.make_weights(fluid.lanes, 2, False, False)
 for factory, made in ((sweeps.make_predictor, 1), (corrector.make_corrector, 1), (sweeps.make_sweep, 1),
                       (sweeps.make_onset, 0), (boundary.make_weights, 1), (boundary.make_extrapolation, 1),
                       (boundary.make_force, 0), (boundary.make_drag, 0)):
