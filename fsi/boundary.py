@@ -145,28 +145,32 @@ def make_extrapolation(lanes: int, dim: int, columns: int = 0):
 
 
 @njit(nogil=True, cache=True)
-def lift_of(position, owner, centre, acceleration, twist, fall, density, weights, lift):
+def lift_of(counter, bounds, position, owner, centre, acceleration, twist, fall, density, weights, lift):
     """lift (b, m) = rho (g - a_b) . sum r_j W x_bj, g = fall (DIM,), for each column m of accelerations (m, owners, 6) of the
     owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
     dim = position.shape[1]
     r, s = np.zeros(3), np.zeros(3)
-    for b in range(position.shape[0]):
-        o = owner[b]
-        w = twist[o, 3:]
-        for d in range(dim):
-            axis = 2 if d == dim - 1 else d
-            r[axis] = position[b, d] - centre[o, axis]
-        for d in range(3):
-            s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
-        for m in range(acceleration.shape[0]):
-            a = acceleration[m, o]
-            total = 0.0
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        for b in range(bounds[c], bounds[c + 1]):
+            o = owner[b]
+            w = twist[o, 3:]
             for d in range(dim):
-                x = 2 if d == dim - 1 else d
-                y, z = (x + 1) % 3, (x + 2) % 3
-                along = a[x] + a[3 + y] * r[z] - a[3 + z] * r[y] + w[y] * s[z] - w[z] * s[y]
-                total += (fall[d] - along) * weights[b, 1 + d]
-            lift[b, m] = density * total
+                axis = 2 if d == dim - 1 else d
+                r[axis] = position[b, d] - centre[o, axis]
+            for d in range(3):
+                s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
+            for m in range(acceleration.shape[0]):
+                a = acceleration[m, o]
+                total = 0.0
+                for d in range(dim):
+                    x = 2 if d == dim - 1 else d
+                    y, z = (x + 1) % 3, (x + 2) % 3
+                    along = a[x] + a[3 + y] * r[z] - a[3 + z] * r[y] + w[y] * s[z] - w[z] * s[y]
+                    total += (fall[d] - along) * weights[b, 1 + d]
+                lift[b, m] = density * total
 
 
 @cache

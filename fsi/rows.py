@@ -50,25 +50,28 @@ def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, t
 
 
 @njit(nogil=True, cache=True)
-def pack_boundary(order, first, lower, position, velocity, skin, owner, position2, velocity2, skin2, owner2, dt, fall,
-                  xs, flow, trial, field, twin):  # fmt: skip
+def pack_boundary(counter, bounds, order, first, lower, position, velocity, skin, owner, position2, velocity2, skin2, owner2,
+                  dt, fall, xs, flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
     acceleration makes its final velocity. Viscosity feels the velocities `skin`."""
     dim = position.shape[1]
-    for b in range(order.size):
-        j, i = order[b], first + b
-        owner2[b] = owner[j]
-        for d in range(dim):
-            flow[i, dim + d] = skin2[b, d] = skin[
-                j, d
-            ]  # before `trial`, which is the same array where nothing is viscous
-        for d in range(dim):
-            position2[b, d] = position[j, d]
-            velocity2[b, d] = velocity[j, d]
-            x = position[j, d] - lower[d]
-            xs[d, i] = x
-            flow[i, d] = x
-            trial[i, d] = x
-            field[i, d] = x
-            twin[i, d] = x
-            trial[i, dim + 1 + d] = velocity[j, d] + dt * fall[d]
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        for b in range(bounds[c], bounds[c + 1]):
+            j, i = order[b], first + b
+            owner2[b] = owner[j]
+            for d in range(dim):
+                skin2[b, d] = skin[j, d]
+                flow[i, dim + d] = skin[j, d]  # before `trial`, which is the same array where nothing is viscous
+            for d in range(dim):
+                position2[b, d] = position[j, d]
+                velocity2[b, d] = velocity[j, d]
+                x = position[j, d] - lower[d]
+                xs[d, i] = x
+                flow[i, d] = x
+                trial[i, d] = x
+                field[i, d] = x
+                twin[i, d] = x
+                trial[i, dim + 1 + d] = velocity[j, d] + dt * fall[d]

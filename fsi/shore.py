@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsi import boundary
-from fsi.cells import CellSort, Grid
+from fsi.cells import CellSort, Grid, whole
 from fsi.echo import Echo
 from fsi.lanes import width
 from fsi.layout import FIRST_BODY
@@ -60,7 +60,8 @@ class Shore:
             self.skin = self.velocity.copy()
         if self.count:
             own = self.position, self.velocity, self.skin, self.owner
-            pack_boundary(self.order, first, self._grid.lower, *state, *own, dt, fall, *rows)
+            bounds = whole(self.count)
+            self.team.run(pack_boundary, bounds, self.order, first, self._grid.lower, *state, *own, dt, fall, *rows)
 
     def find(self, fluid: CellSort, xs: np.ndarray) -> None:
         """Find the neighbours in the fluid, of positions `xs` as in `fsi.neighbours`."""
@@ -89,10 +90,11 @@ class Shore:
         if self._smooth is not None:  # and without the spin that no fluid would feel
             accelerations = np.einsum("moi,oij->moj", accelerations, self._smooth)
             twist = np.einsum("oi,oij->oj", twist, self._smooth)
-        boundary.lift_of(
-            self.position[:b], self.owner[:b], self._centre, accelerations, twist, fall, self._density, self.weights[:b],
-            lift,
-        )  # fmt: skip
+        if b:
+            self.team.run(
+                boundary.lift_of, whole(b), self.position, self.owner, self._centre, accelerations, twist, fall,
+                self._density, self.weights, lift,
+            )  # fmt: skip
 
     def extrapolate(self, rows: np.ndarray, echo: Echo | None = None) -> None:
         """Pressures of the boundary in `rows`; those of responses with them."""
