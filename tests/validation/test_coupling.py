@@ -129,8 +129,11 @@ def test_added_mass_in_an_annulus():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["added_mass_shaken", "added_mass_sphere", "decay_heave_2d", "schemes_flap", "stability_flap"]
-)
+    "name",
+    ["added_mass_shaken", "archimedes_ball", "archimedes_box", "collision", "decay_heave_2d", "decay_roll_2d", "drops_box",
+     "drops_wedge", "float_chain", "mooring", "pinned", "plate_slap", "schemes_flap", "slide_contact", "slide_glued",
+     "stability_flap", "stiff_mechanisms", "zero_gravity"],
+)  # fmt: skip
 def test_cases_that_pass_coarse(name):
     row, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
     assert reason == "" and row.passed

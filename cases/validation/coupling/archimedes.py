@@ -127,6 +127,8 @@ def _case(shape: str, dimension: int) -> Case:
         _scene(shape, dimension),
         lambda sim: Rest(sim, shape),
         {"draft": 0.1, "drift": 0.1},
+        reasons="The lightest bodies lie too high, 0.02 in three dimensions by 0.12 spacings, a body without weight by 0.3: the"
+        " pressure of the last particles under them ends there. All others are within 0.07.",
     )
 
 

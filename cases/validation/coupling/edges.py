@@ -140,8 +140,10 @@ class Pinned(Measure):
         return {"way_m": self.way, "buoyancy": np.mean(self.force) / (1000 * G * 4 * HALF[0] * HALF[1]) - 1}
 
 
-def _case(name: str, title: str, reference: str, scene: Callable, measure: Callable, target: dict) -> Case:
-    return Case(name, title, reference, LEVELS, scene, measure, target)
+def _case(
+    name: str, title: str, reference: str, scene: Callable, measure: Callable, target: dict, reasons: str = ""
+) -> Case:
+    return Case(name, title, reference, LEVELS, scene, measure, target, reasons)
 
 
 CASES = {
@@ -154,7 +156,9 @@ CASES = {
         _case("leave_and_return", "A body of density ratio 0.1 is let go at a depth of 0.6 m, jumps out and falls back",
               "Exact: no energy is created, as a share of what the rise sets free; it leaves the water; Archimedes' draft,"
               " in spacings.",
-              _jump, Jump, {"energy_rise": 0.05, "stays_in_water": 0.0, "draft": 0.25, "fluid_in_bodies": 0.0}),
+              _jump, Jump, {"energy_rise": 0.05, "stays_in_water": 0.0, "draft": 0.25, "fluid_in_bodies": 0.0},
+              "The energy rises in the first 0.3 s, while the body comes up, by 5.2 % at 40 mm and 2.3 % at 20 mm; with the"
+              " body pinned it rises by 0.01 %."),
         _case("pinned", "A body of density ratio 0.1 is welded to the world 0.4 m under water",
               "Exact: it stays; Archimedes.", _weld, Pinned, {"way_m": 1e-3, "buoyancy": 0.03}),
     )

@@ -191,9 +191,9 @@ def picture(cells: dict, file: Path) -> None:
                 axis.add_patch(plt.Rectangle((j - 0.5, i - 0.5), 1, 1, color="#7a1f1f"))
             axis.set_xticks(range(len(RATIOS)), [f"{r:g}" for r in RATIOS])
             axis.set_yticks(range(len(STEPS)), [f"{s:g}" for s in STEPS])
-            if row is axes[0]:
-                axis.set_title(scheme)
         row[0].set_ylabel(f"{arrangement}\ntime step")
+    for axis, scheme in zip(axes[0], SCHEMES, strict=True):
+        axis.set_title(scheme)
     for axis in axes[-1]:
         axis.set_xlabel("density ratio")
     figure.suptitle("Stable (blue) and unstable (dark red)")
