@@ -227,7 +227,7 @@ def bounded(added: np.ndarray, own: np.ndarray) -> np.ndarray:
     """A measured added inertia (n, n) whose symmetric part takes away no more than the share `LEAST` of the mass matrix
     `own` (n, n), in any direction. The antisymmetric part, of a pressure that was not solved to the end, does no work.
     All else stays as measured, for the fluid's answer will be just that."""
-    symmetric, skew = (added + added.T) / 2, (added - added.T) / 2
+    symmetric = (added + added.T) / 2
     try:
         np.linalg.cholesky(symmetric + LEAST * own)
         return added
@@ -235,7 +235,7 @@ def bounded(added: np.ndarray, own: np.ndarray) -> np.ndarray:
         root = np.linalg.cholesky(own)
     values, vectors = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, symmetric).T))
     vectors = root @ vectors
-    return (vectors * np.maximum(values, -LEAST)) @ vectors.T + skew
+    return (vectors * np.maximum(values, -LEAST)) @ vectors.T + (added - added.T) / 2
 
 
 def _broyden(inverse: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -155,7 +155,8 @@ class Fluid:
 
     def sort_velocities(self) -> None:
         """Take over changes of `boundary_velocity` since `begin`, for the wall guard."""
-        self.shore.velocity[: self.shore.count] = self.boundary_velocity[self.shore.order]
+        shore = self.shore
+        np.take(self.boundary_velocity, shore.order, axis=0, out=shore.velocity[: shore.count], mode="clip")
 
     def of_owner(self, owner: int) -> slice:
         """Boundary particles of an owner."""

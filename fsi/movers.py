@@ -91,7 +91,7 @@ class Movers:
     def speed(self) -> float:
         """Largest speed of a moving boundary particle [m/s]."""
         moving = self.fluid.boundary_velocity[self.fluid.of_owner(0).stop :]
-        return float(np.sqrt((moving**2).sum(1).max(initial=0.0)))
+        return float(np.sqrt(np.einsum("bd,bd->b", moving, moving).max(initial=0.0)))
 
 
 def _velocities(twist: np.ndarray, arm: np.ndarray) -> np.ndarray:

@@ -89,6 +89,9 @@ class Stability:
         (b, 3) of the bodies."""
         sim, tank = self._sim, self._sim.scene.tank
         axes = [0, 2] if sim.fluid.dim == 2 else [0, 1, 2]
+        inside = centre[:, axes]
+        if ((inside >= tank.min) & (inside <= tank.max)).all():
+            return
         for axis, low, high in zip(axes, tank.min, tank.max, strict=True):
             for side, end in ((-1, low), (1, high)):
                 wall = f"{'xyz'[axis]}{'-' if side < 0 else '+'}"
