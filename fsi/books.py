@@ -92,6 +92,11 @@ class Books:
         self._before = None
 
     @property
+    def underway(self) -> np.ndarray:
+        """Impulses (owners, 6) that the wall guard took from the fluid in the last step, and bodies get in the next."""
+        return self._stopped
+
+    @property
     def dissipated(self) -> float:
         """Energy the fluid has lost to viscosity, impacts, the sponge and the scheme itself [J]."""
         return self.energy_at_start + self.wavemaker_work - self.body_work - self.kinetic - self.potential

@@ -58,7 +58,7 @@ def _drops(shape: str):
         end = len(falls) * PITCH / 2
         return {
             "duration": 1.5,
-            "tank": {"min": [-end, -DEPTH], "max": [end, 1.6]},
+            "tank": {"min": [-end, -DEPTH], "max": [end, 2.4]},
             "bodies": {"set": {"mjcf": str(folder / "drops.xml")}},
         }
 
