@@ -214,15 +214,15 @@ CASES = {
         "Linear theory in deep water with the coefficients of Hulme (1982).",
         {"coarse": 0.06, "medium": 0.045, "paper": 0.03}, round_scene("sphere"),
         lambda sim: Swing(sim, ROUNDS["sphere"]), TARGET,
-        reasons="The period converges: 4.1 % long at 5 spacings to the radius, 2.7 % at 6.7. The decay is 11 % too small to 12 %"
-        " too large with the spacing and the width of the basin (3.6 and 4.8 m), 4 % of the swing.",
+        reasons="The period converges: 4.1 % long at 5 spacings to the radius, 2.7 % at 6.7. The decay is 11 % too small to 12"
+        " % too large with the spacing and the width of the basin (3.6 and 4.8 m), 4 % of the swing.",
     ),
     "decay_spar": Case(
         "decay_spar", "A spar of radius 0.2 m and draft 0.8 m in 2 m of water is let go 10 cm above its rest, 3D",
         "Linear theory with the coefficients of a boundary element code.",
         {"coarse": 0.066, "medium": 0.05, "paper": 0.025}, round_scene("spar"),
         lambda sim: Swing(sim, ROUNDS["spar"]), TARGET,
-        reasons="Theory takes 3 % of the swing in a cycle; friction of particles along the side of 3 spacings to the radius takes"
+        reasons="Theory takes 3 % of the swing in a cycle; friction along the side, at 3 spacings to the radius, takes"
         " half of it.",
     ),
 }  # fmt: skip
