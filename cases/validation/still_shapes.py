@@ -13,8 +13,8 @@ from cases.validation.still_water import DEPTH, FINE_2D, FINE_3D, REFERENCE, TAR
 
 Profile = list[tuple[float, float]]
 SAMPLED = (
-    "the particles of a sampled wall do not stand on the water's lattice; in three dimensions holes of up to 0.83 of a spacing"
-    " are left between them, and water settles into them; at a coarse spacing that shows in the volume."
+    "the particles of a sampled wall do not stand on the water's lattice, and water settles between them by a twentieth of a"
+    " spacing; at a coarse spacing that shows in the volume."
 )
 
 
