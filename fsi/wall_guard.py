@@ -47,13 +47,15 @@ def make_guard(dim: int):
         return close
 
     @helper(dim)
-    def crowding(x, way, walls, k, time, gradient, apart):
-        """phi after a part of the way, and the sum of the sizes of its gradient's parts; the gradient into `gradient`."""
+    def crowding(x, way, walls, owner, last, k, time, gradient, apart):
+        """phi of the walls of owners up to the `last` after a part of the way, and the sum of the sizes of its gradient's
+        parts; the gradient into `gradient`."""
         phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
         gradient[:] = 0.0
         for n in range(near, far):
-            close = closeness_to(lst[n] - first, x, way, walls, k, time, apart)
-            if close > 0.0:
+            b = lst[n] - first
+            close = closeness_to(b, x, way, walls, k, time, apart)
+            if close > 0.0 and owner[b] <= last:
                 phi += close * close
                 parts += 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close))  # as r / R = sqrt(1 - close)
                 for d in range(DIM):
@@ -61,7 +63,7 @@ def make_guard(dim: int):
         return phi, parts
 
     @helper(dim)
-    def push(x, way, walls, books, k, time, size, gradient, apart):
+    def push(x, way, walls, books, last, k, time, size, gradient, apart):
         """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
         its owner."""
         near, far, lst, first, _, _ = walls
@@ -69,7 +71,7 @@ def make_guard(dim: int):
         for n in range(near, far):
             b = lst[n] - first
             close = closeness_to(b, x, way, walls, k, time, apart)
-            if close > 0.0:
+            if close > 0.0 and owner[b] <= last:
                 for d in range(DIM):
                     part = 4.0 * size * k.guard_reach2 * close * apart[d]
                     take_moment(d, -weight * part, x, owner[b], centre, taken)
@@ -101,30 +103,44 @@ def make_guard(dim: int):
         return math.sqrt(length2)
 
     @helper(dim)
+    def hold(x, way, walls, books, last, allowed, k, time, gradient, apart):
+        """Move the end of the way until the walls of owners up to the `last` crowd it no more than `allowed`; returns
+        whether it moved, and whether walls on both sides left no way out."""
+        moved = False
+        for _ in range(ROUNDS):
+            phi, parts = crowding(x, way, walls, books[0], last, k, time, gradient, apart)
+            if phi <= 1.001 * allowed:
+                break
+            slope2 = 0.0
+            for d in range(DIM):
+                slope2 += gradient[d] * gradient[d]
+            steep2 = max(slope2, (SQUEEZED * parts) ** 2)
+            size = min((phi - allowed) / steep2, k.guard_piece / math.sqrt(steep2))
+            push(x, way, walls, books, last, k, time, size, gradient, apart)
+            moved = True
+            if steep2 > slope2:
+                return True, True
+        return moved, False
+
+    @helper(dim)
     def bend(x, way, walls, books, k, dt, room):
-        """Returns whether the way had to be bent; `room` (3, DIM) is scratch."""
+        """Returns whether the way had to be bent; `room` (3, DIM) is scratch. A particle that a body squeezes against the
+        tank stays in the tank."""
         done, gradient, apart = room[0], room[1], room[2]
         done[:] = 0.0
-        allowed = max(k.guard_level, crowding(x, done, walls, k, 0.0, gradient, apart)[0])
+        every, ground = books[1].shape[0], 0  # the last owner whose walls count
+        allowed = max(k.guard_level, crowding(x, done, walls, books[0], every, k, 0.0, gradient, apart)[0])
+        inside = max(k.guard_level, crowding(x, done, walls, books[0], ground, k, 0.0, gradient, apart)[0])
         pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
             for d in range(DIM):
                 done[d] += way[d] / pieces
             time = dt * p / pieces
-            for _ in range(ROUNDS):
-                phi, parts = crowding(x, done, walls, k, time, gradient, apart)
-                if phi <= 1.001 * allowed:
-                    break
-                slope2 = 0.0
-                for d in range(DIM):
-                    slope2 += gradient[d] * gradient[d]
-                steep2 = max(slope2, (SQUEEZED * parts) ** 2)
-                size = min((phi - allowed) / steep2, k.guard_piece / math.sqrt(steep2))
-                push(x, done, walls, books, k, time, size, gradient, apart)
-                bent = True
-                if steep2 > slope2:
-                    break
+            moved, squeezed = hold(x, done, walls, books, every, allowed, k, time, gradient, apart)
+            if squeezed:
+                hold(x, done, walls, books, ground, inside, k, time, gradient, apart)
+            bent = bent or moved
         if bent:
             for d in range(DIM):
                 way[d] = done[d]

@@ -13,12 +13,13 @@ from fsi.wall_guard import REACH, level
 DR, STEP = 0.1, 1e-3
 
 
-def beside(wall, place, velocity, shifting=0.0) -> Fluid:
+def beside(wall, place, velocity, shifting=0.0, owner=None) -> Fluid:
     """A fluid of particles at `place` (n, dim) beside wall particles (m, dim), with no other force."""
     dim = place.shape[1]
     numerics = {"precision": "double", "shifting": shifting, "viscosity": "none", "artificial_viscosity": 0.0}
     layout = Layout(
-        place, velocity, np.zeros(len(place)), wall, np.ones(len(wall), np.int32),
+        place, velocity, np.zeros(len(place)), wall,
+        np.ones(len(wall), np.int32) if owner is None else owner.astype(np.int32),
         np.full(dim, -1.5), np.full(dim, 1.5), 0.5, (),
     )  # fmt: skip
     return Fluid(still_tank(dim, spacing=DR, gravity=0.0, numerics=numerics), layout, Team(1))
@@ -101,3 +102,17 @@ def test_a_wall_that_moves_takes_particles_along():
     fluid = beside(wall_of(2), place, np.zeros_like(place))
     step(fluid, wall_speed=2.0)
     assert fluid.velocity[:, 1] == pytest.approx([2.0, 2.0], rel=0.05)
+
+
+def test_a_particle_that_a_body_squeezes_stays_in_the_tank():
+    """A body comes down on it at 3 m/s; it may end inside the body, not beyond the bed."""
+    line = np.column_stack([DR * np.arange(-8, 9), np.zeros(17)])
+    wall = np.vstack([line, line + np.array([0.0, 2.2 * DR])])
+    fluid = beside(wall, np.array([[0.03, 1.1 * DR]]), np.zeros((1, 2)), owner=np.repeat([0, 1], 17))
+    for _ in range(60):
+        body = fluid.owner == 1
+        fluid.boundary_velocity[body, 1] = -3.0
+        fluid.begin(STEP, np.zeros((2, 3)), np.zeros((2, 6)))
+        fluid.correct()
+        fluid.boundary[body, 1] -= 3.0 * STEP
+    assert fluid.position[0, 1] > 0.5 * DR
