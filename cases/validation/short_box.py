@@ -132,7 +132,8 @@ CASES = {
         _scene,
         BoxLoads,
         TARGET,
-        reasons="at a spacing of 40 mm the box is four particles high and the probes, 33 to 41 mm apart, share their"
-        " particles; P3 and P4 lie within a kernel of its top edge, where the pressure is that of the jet above.",
+        reasons="P3 and P4 lie within two spacings of the box's top edge at 40 mm, within four at 20 mm, where the water turns"
+        " up and over: the pressure there is taken as that of the jet's free surface. The jet over the box crosses the place"
+        " of H1 in the air at 0.9 s, 0.3 m high, before the water on the bed is there; the gauge reads the highest water.",
     )
 }
