@@ -89,5 +89,6 @@ CASES = {
         _scene,
         Plug,
         {"velocity_l2": 0.02, "plastic_l2": 0.03, "plug_speed": 0.02},
+        reasons="at 20 spacings across the gap the sheared layers beside the plug are 6 spacings wide.",
     )
 }
