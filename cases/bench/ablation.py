@@ -41,7 +41,7 @@ def variants(spacing: float) -> dict[str, Scene]:
         "second liquid": bare(spacing, liquids={"brine": {"density": 1200.0, "blocks": (layer,)}}),
         "shifting": bare(spacing, numerics={"shifting": 0.5}),
         "periodic": bare(spacing, tank=whole.tank.model_dump() | ends),
-        "wall guard": bare(spacing, numerics={"wall_guard": 0.8}),
+        "wall guard": bare(spacing, numerics={"wall_guard": 0.7}),
         "sponge": bare(spacing, damping=whole.damping),
         "wavemaker": bare(spacing, waves=whole.waves),
         "wavemaker that absorbs": bare(spacing, waves=waves | {"absorb": True}),
