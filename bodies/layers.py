@@ -16,7 +16,7 @@ SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a g
 HOLE = (
     0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
 )
-ROUNDS = 5  # of filling holes at most
+ROUNDS = 3  # of filling holes at most
 
 
 def under(
@@ -87,7 +87,7 @@ def _close_holes(
         holes = thinning.apart(spots[worst], HOLE * spacing, chosen)
         if len(holes) == 0:
             break
-        chosen = _settle(nearest, np.vstack([chosen, holes]), fixed, parts, target, spacing, passes)
+        chosen = _settle(nearest, np.vstack([chosen, holes]), fixed, parts, target, spacing, max(1, passes // 3))
     return chosen
 
 
