@@ -46,7 +46,6 @@ def variants(spacing: float) -> dict[str, Scene]:
         "wavemaker": bare(spacing, waves=whole.waves),
         "wavemaker that absorbs": bare(spacing, waves=waves | {"absorb": True}),
         "body, added mass": bare(spacing, **body),
-        "body, lagged": bare(spacing, **scheme("lagged")),
         "body, fixed point": bare(spacing, **scheme("fixed_point")),
         "body, prescribed": bare(spacing, **scheme("prescribed", motion=forced)),
         "series log and audit": bare(spacing, output={"series": 0.01, "mcap": True}),

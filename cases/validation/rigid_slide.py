@@ -162,16 +162,30 @@ SPREADS = (
 CASES = {
     case.name: case
     for case in (
-        _case("slide_channel", "A rigid slide of 60 kg runs into a channel 0.24 m deep", KEEPS, {"height_loss": 0.05}),
+        _case(
+            "slide_channel",
+            "A rigid slide of 60 kg runs into a channel 0.24 m deep",
+            KEEPS,
+            {"height_loss": 0.05},
+            "The wave of a slide without friction is near breaking, 0.19 m high in 0.24 m; at the medium level its crest loses"
+            " 6 % on the way, and one particle of 15,540 is lost.",
+        ),
         _case(
             "slide_channel_prescribed",
             "The slide is led down the ramp and onto the bed of the channel",
             KEEPS,
             {"height_loss": 0.05},
-            "At the medium level the crest at x/h = 5 still carries some of the splash: 0.156 m, then 0.146, 0.152 and 0.145 m"
-            " at 7.5, 10 and 15, of which 0.140 m are a solitary wave.",
+            "The crest carries some of the splash, which falls on it now here, now there: with small changes of the wall guard"
+            " the loss went from 3.3 to 5.5 % at the coarse and from 6.8 to -14.8 % at the medium level; 0.140 m are"
+            " a solitary wave.",
         ),
-        _case("slide_basin", "The slide runs into a wide basin", SPREADS, {"spreading_short_of_six": 0.0}),
+        _case(
+            "slide_basin",
+            "The slide runs into a wide basin",
+            SPREADS,
+            {"spreading_short_of_six": 0.0},
+            "At the coarse level, six particles over the depth, the factor is 5.9.",
+        ),
         _case(
             "slide_basin_prescribed", "The slide is led into the wide basin", SPREADS, {"spreading_short_of_six": 0.0}
         ),
