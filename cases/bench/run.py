@@ -49,7 +49,7 @@ class Plan:
 
 
 FULL = Plan(
-    {"2D 80k": (2, 80_000), "3D 300k": (3, 300_000), "3D 1M": (3, 1_000_000)}, rounds=5, visit=0.3,
+    {"2D 80k": (2, 80_000), "3D 300k": (3, 300_000), "3D 1M": (3, 1_000_000)}, rounds=3, visit=0.3,
     flat=((10_000, 30_000, 100_000, 300_000, 1_000_000),), still=300_000, spacing=0.02, steps=120, fresh=True,
     judged=True, check=30_000, peak=0.1, megabytes=256,
 )  # fmt: skip
