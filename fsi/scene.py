@@ -219,7 +219,11 @@ class CouplerSettings(Part):
 
 ACCURACY = {  # defaults that differ from those of `normal`
     "draft": {"smoothing_ratio": 1.5, "mach": 0.3},
-    "fine": {"mach": 0.1, "courant": 0.1},
+    "fine": {
+        "mach": 0.1,
+        "courant": 0.1,
+        "artificial_viscosity": 0.01,
+    },  # which acts by the speed of sound, twice as high
 }
 
 
