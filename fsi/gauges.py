@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from fsi.kernel import value
+from fsi.terms import kernel
 
 FILLED = 0.5  # share of the kernel's support that is fluid at the free surface
 
@@ -36,7 +37,7 @@ def _filled(across2, heights, z, h, cell_over_h):
     for i in range(heights.size):
         t = 1 - 0.5 * math.sqrt(across2[i] + (heights[i] - z) ** 2) / h
         if t > 0:
-            total += t**4 * (5 - 4 * t)
+            total += kernel(t)
     return total * cell_over_h
 
 
@@ -76,8 +77,7 @@ def _mean_pressure(position, pressure, point, h, rho_g):
         for d in range(last + 1):
             r2 += (position[i, d] - point[d]) ** 2
         if r2 < 4 * h * h:
-            t = 1 - 0.5 * math.sqrt(r2) / h
-            weight = t**4 * (5 - 4 * t)
+            weight = kernel(1 - 0.5 * math.sqrt(r2) / h)
             total += weight
             sum_ += weight * (pressure[i] + rho_g * (position[i, last] - point[last]))
     return sum_ / total if total > 0 else 0.0
