@@ -61,7 +61,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     ):  # fmt: skip
         offset, count, group, span, list_offset, lst = groups
         t_ = np.empty((3 * DIM + 1) * L, field.dtype)
-        shift, way, room = np.empty(DIM), np.empty(DIM), np.empty((3, DIM))
+        shift, way, room = np.empty(DIM), np.empty(DIM), np.empty((4, DIM))
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:

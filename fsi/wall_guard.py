@@ -124,13 +124,12 @@ def make_guard(dim: int):
 
     @helper(dim)
     def bend(x, way, walls, books, k, dt, room):
-        """Returns whether the way had to be bent; `room` (3, DIM) is scratch. A particle that a body squeezes against the
+        """Returns whether the way had to be bent; `room` (4, DIM) is scratch. A particle that a body squeezes against the
         tank stays in the tank."""
-        done, gradient, apart = room[0], room[1], room[2]
-        done[:] = 0.0
+        done, gradient, apart, start = room[0], room[1], room[2], room[3]
+        done[:], start[:] = 0.0, 0.0
         every, ground = books[1].shape[0], 0  # the last owner whose walls count
         allowed = max(k.guard_level, crowding(x, done, walls, books[0], every, k, 0.0, gradient, apart)[0])
-        inside = max(k.guard_level, crowding(x, done, walls, books[0], ground, k, 0.0, gradient, apart)[0])
         pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
@@ -139,6 +138,7 @@ def make_guard(dim: int):
             time = dt * p / pieces
             moved, squeezed = hold(x, done, walls, books, every, allowed, k, time, gradient, apart)
             if squeezed:
+                inside = max(k.guard_level, crowding(x, start, walls, books[0], ground, k, 0.0, gradient, apart)[0])
                 hold(x, done, walls, books, ground, inside, k, time, gradient, apart)
             bent = bent or moved
         if bent:
