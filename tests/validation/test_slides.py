@@ -20,7 +20,7 @@ def test_the_prescribed_way_falls_freely_and_ends_on_ramp_and_bed(scene):
     t, down = tables["down_slope"].T
     off, pitch = tables["off_slope"][:, 1], tables["pitch"][:, 1]
     dry = down < start
-    assert down[dry] == pytest.approx(0.5 * 9.81 * np.sin(rigid_slide.SLOPE) * t[dry] ** 2, abs=1e-12)
+    assert down[dry] == pytest.approx(0.5 * rigid_slide.PULL * t[dry] ** 2, abs=1e-12)
     foot = rigid_slide.DEPTH / np.sin(rigid_slide.SLOPE) + start
     x, z = (
         (down - foot + off) * np.sqrt(0.5),
@@ -50,6 +50,16 @@ def test_a_solitary_wave_is_found_again_and_half_of_it_holds_a_lower_one():
     wave = height / np.cosh(np.sqrt(0.75 * height / rigid_slide.DEPTH**3) * x) ** 2
     assert rigid_slide.soliton(x, wave) == pytest.approx(height, rel=1e-3)
     assert 0 < rigid_slide.soliton(x, 0.5 * wave) < 0.5 * height
+
+
+def test_a_wire_reads_the_water_and_not_the_height_of_the_spray():
+    x, z = (a.ravel() for a in np.meshgrid(np.arange(0.01, 2, 0.02), np.arange(-0.23, 0, 0.02), indexing="ij"))
+    still = np.stack([x, z], 1)
+    assert rigid_slide.water_level(still, 1.003, 0.02) == pytest.approx(0, abs=1e-12)
+    spray = np.concatenate([still, still[(np.abs(x - 1.0) < 0.1) & (z > -0.02)] + [0.0, 0.2]])
+    assert rigid_slide.water_level(spray, 1.0, 0.02) == pytest.approx(0.02, abs=1e-12)
+    deep = np.stack([x, 0 * x, z], 1) + np.arange(-0.09, 0.1, 0.02)[:, None, None] * [0.0, 1.0, 0.0]
+    assert rigid_slide.water_level(deep.reshape(-1, 3), 1.003, 0.02) == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.parametrize("level", [None, "medium"])
