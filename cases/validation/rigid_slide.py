@@ -198,8 +198,9 @@ def _case(name: str, title: str, reference: str, target: dict, reasons: str = ""
 
 KEEPS = "Heller et al. (2016): the solitary wave keeps its height from x/h = 5 to 15."
 SHEDS = (
-    "At x/h = 5 the crest still carries what was thrown up, more than the solitary wave in it (`soliton`, 0.13 m at both levels), and sheds"
-    " it on the way; how much is there is chance. A solitary wave of 0.14 m by itself keeps its height here (solitary_channel)."
+    "At x/h = 5 the crest still carries what was thrown up, more than the solitary wave in it (`soliton`, 0.13 m at both"
+    " levels), and sheds it on the way; how much is there is chance. A solitary wave of 0.14 m by itself keeps its height"
+    " here (solitary_channel)."
 )
 SPREADS = (
     "Heller et al. (2016): at x = 3.6 m the wave in the basin is lower than in the channel by a factor over six; by how"
