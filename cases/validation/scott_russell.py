@@ -3,8 +3,10 @@
 Experiment: Monaghan & Kos (2000), Phys. Fluids 12, 622-630, water 0.21 m deep, lengths at 0.285 s: H = 0.333 +- 0.01 m, R =
 0.133 +- 0.02 m, h = 0.227 +- 0.02 m, B = 0.303 +- 0.02 m. An earlier incompressible SPH found 0.329, 0.130, 0.216, 0.255,
 another one 0.3006, 0.1159, 0.214, 0.2707. H is the height of the crest over the bed. What the
-other three are taken between is shown in a sketch that is not at hand: they are not compared. The page shows particles and
-velocities at that time, with the vortex beside the box.
+other three are taken between is shown in a sketch that is not at hand, and no second source tells: they are not compared. What
+this solver has of that size at that time, at a spacing of 10 mm: the jet that falls back meets the box 0.23 m over the bed
+(perhaps h), the crest stands 0.165 m from the box, the hollow between box and wave is 0.09 m wide, the bottom of the box is
+0.087 m over the bed. The page shows particles and velocities at that time, with the vortex beside the box.
 """
 
 from __future__ import annotations
