@@ -46,9 +46,7 @@ class Stepper:
         self._stiff = StiffForces(model, ptos, self.notes)
         if plane:
             self._stiff.fixed = out_of_plane(model, data)
-            model.opt.tolerance *= (
-                1e-6  # MuJoCo's solver measures it by the mass matrix, with what holds the plane in it
-            )
+            model.opt.tolerance *= 1e-6  # measured by the mass matrix, with what holds the plane in it
         self._entries = np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind[: len(data.M)].copy()
         self.penetration = Penetration(model)
         self._scratch = mujoco.MjData(model)
