@@ -30,7 +30,7 @@ MODULES = {
     "channels": ("two_liquids_channel", "implicit_viscosity", "eddy_viscosity"),
     "tall_column": ("column_tall",),
     "short_box": ("box_short",),
-    "frames": ("moving_frame", "turned_frame", "mirror"),
+    "frames": ("moving_frame", "turned_frame", "askew_frame", "mirror"),
     "stability": ("stability",),
     "violent": (
         "violent_corner",

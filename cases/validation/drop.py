@@ -37,6 +37,11 @@ def exact_axes(t: float, field: float = 0.0, steps: int = 1000) -> tuple[float, 
     return float(y[0]), float(y[1])
 
 
+def strain(position: np.ndarray) -> np.ndarray:
+    """Velocity (n, 2) [m/s] at the start."""
+    return STRAIN * position * [-1.0, 1.0]
+
+
 class Strain(Measure):
     """Semi-axes and energy (per mass of a particle) of the drop that starts with the strain flow."""
 
@@ -44,7 +49,7 @@ class Strain(Measure):
 
     def begin(self, sim: Simulation) -> None:
         fluid = sim.fluid
-        fluid.velocity[:] = STRAIN * fluid.position * [-1.0, 1.0]
+        fluid.velocity[:] = strain(fluid.position)
         self.start = self.energy_of(fluid)
         # the lattice fills the circle to within a cell or two
         self.scale = RADIUS / (2 * math.sqrt((fluid.position**2).mean()))

@@ -10,6 +10,7 @@ images are then 1e-3 spacings apart; the runs end before.
 
 - moving: Taylor-Green vortices in a periodic square, and the same with a uniform velocity of twice their own (Galileo);
 - turned: a column collapses under gravity; the twin, turned by 90 degrees, under an acceleration of the fluid along x;
+- askew: a drop is drawn out (`cases.validation.drop`); the twin starts turned by 30 degrees, across all cells;
 - mirrored: a column collapses in the middle of a tank; each particle against its mirror image in the same run.
 
 Sweeps in double precision; differences are root mean squares of positions, as a share of the spacing.
@@ -17,9 +18,11 @@ Sweeps in double precision; differences are root mean squares of positions, as a
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from cases.validation import taylor_green
+from cases.validation import drop, taylor_green
 from cases.validation.case import Case, Measure
 from fsi.scene import Scene
 from fsi.simulation import Simulation
@@ -100,6 +103,22 @@ class Turned(Twins):
         return position[:, ::-1] * [-1.0, 1.0] + [COLUMN[0] * 4, 0.0]
 
 
+class Askew(Twins):
+    """The twin is turned by 30 degrees."""
+
+    TURN = np.array([[math.sqrt(0.75), -0.5], [0.5, math.sqrt(0.75)]])
+
+    def make_twin(self, sim: Simulation) -> Simulation:
+        sim.fluid.velocity[:] = drop.strain(sim.fluid.position)
+        twin = Simulation(sim.scene, threads=1)
+        twin.fluid.velocity[:] = sim.fluid.velocity @ self.TURN.T
+        twin.fluid.position[:] = twin.fluid.position @ self.TURN.T
+        return twin
+
+    def back(self, position: np.ndarray, time: float) -> np.ndarray:
+        return position @ self.TURN
+
+
 class Mirrored(Measure):
     """Difference of each particle from the mirror image of its partner in the same run."""
 
@@ -121,6 +140,12 @@ class Mirrored(Measure):
 def _vortices(spacing: float, folder) -> dict:
     scene = taylor_green.CASES["taylor_green"].scene(spacing, folder)
     step = 0.1 * spacing / taylor_green.SPEED
+    return scene | {"duration": STEPS * step, "numerics": {"precision": "double", "fixed_time_step": step}}
+
+
+def _drop(spacing: float, folder) -> dict:
+    scene = drop.CASES["elliptical_drop"].scene(spacing, folder)
+    step = scene["numerics"]["max_time_step"]
     return scene | {"duration": STEPS * step, "numerics": {"precision": "double", "fixed_time_step": step}}
 
 
@@ -168,6 +193,9 @@ CASES = {
         Case(
             "turned_frame", "A column collapses, and the same turned by 90 degrees", REFERENCE, SPACING,
             lambda spacing, folder: _column(spacing), Turned, TARGET,
+        ),
+        Case(
+            "askew_frame", "A drop is drawn out, and the same turned by 30 degrees", REFERENCE, SPACING, _drop, Askew, TARGET
         ),
         Case(
             "mirror", "A column collapses in the middle of a tank, and its mirror image", REFERENCE, SPACING,

@@ -12,7 +12,14 @@ from cases.validation.runner import run_case
 
 @pytest.mark.parametrize(
     "name",
-    ["free_2d", "mirror", "turned_frame", pytest.param("free_3d", marks=pytest.mark.slow), "moving_frame"],
+    [
+        "free_2d",
+        "mirror",
+        "turned_frame",
+        "askew_frame",
+        pytest.param("free_3d", marks=pytest.mark.slow),
+        "moving_frame",
+    ],
 )
 def test_conservation_and_symmetry_hold_to_round_off(name):
     found, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
