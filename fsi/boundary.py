@@ -145,11 +145,27 @@ def make_extrapolation(lanes: int, dim: int, columns: int = 0):
 
 
 @njit(nogil=True, cache=True)
-def lift_of(counter, bounds, position, owner, centre, acceleration, twist, fall, density, weights, lift):
+def _project(vector, normal):
+    """Take what is at right angles to the normal out of a vector, unless the normal is 0."""
+    length2, along = 0.0, 0.0
+    for d in range(vector.size):
+        length2 += normal[d] * normal[d]
+        along += normal[d] * vector[d]
+    if length2 > 0.0:
+        for d in range(vector.size):
+            vector[d] = along * normal[d]
+
+
+@njit(nogil=True, cache=True)
+def lift_of(counter, bounds, position, normal, owner, centre, acceleration, twist, fall, density, weights, lift):
     """lift (b, m) = rho (g - a_b) . sum r_j W x_bj, g = fall (DIM,), for each column m of accelerations (m, owners, 6) of the
-    owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r)."""
+    owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r).
+
+    Where there is a `normal` (b, DIM), that of a body, a_b counts along it alone, as dp/dn = rho (g - a_b) . n says: a side
+    that slides along itself moves no fluid. All of a_b would drive the water line along the side of a heaving spar, because
+    there is fluid only below it and the sum points down: the spar had twice its resistance and 1.3 times its added mass."""
     dim = position.shape[1]
-    r, s = np.zeros(3), np.zeros(3)
+    r, s, lever = np.zeros(3), np.zeros(3), np.zeros(dim)
     while True:
         c = claim(counter)
         if c >= bounds.size - 1:
@@ -162,14 +178,20 @@ def lift_of(counter, bounds, position, owner, centre, acceleration, twist, fall,
                 r[axis] = position[b, d] - centre[o, axis]
             for d in range(3):
                 s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
+            level = 0.0
+            for d in range(dim):
+                lever[d] = weights[b, 1 + d]
+                level += fall[d] * lever[d]
+            if normal.shape[0] > 0:
+                _project(lever, normal[b])
             for m in range(acceleration.shape[0]):
                 a = acceleration[m, o]
-                total = 0.0
+                total = level
                 for d in range(dim):
                     x = 2 if d == dim - 1 else d
                     y, z = (x + 1) % 3, (x + 2) % 3
-                    along = a[x] + a[3 + y] * r[z] - a[3 + z] * r[y] + w[y] * s[z] - w[z] * s[y]
-                    total += (fall[d] - along) * weights[b, 1 + d]
+                    part = a[x] + a[3 + y] * r[z] - a[3 + z] * r[y] + w[y] * s[z] - w[z] * s[y]
+                    total -= part * lever[d]
                 lift[b, m] = density * total
 
 

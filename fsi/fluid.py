@@ -49,6 +49,7 @@ class Fluid:
         density = np.array([liquid.density for liquid in scene.all_liquids])
         self._relative = (density / density[0])[self.liquid] if np.ptp(density) > 0 else None
         self.boundary, self.owner = layout.boundary.copy(), layout.owner.copy()
+        self.boundary_normal = None if layout.normal is None else layout.normal.copy()
         self.boundary_velocity = self.boundary_skin = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
@@ -143,11 +144,16 @@ class Fluid:
             fields |= {name: f[self._kept] if len(f) else np.zeros(self.count) for name, f in found}
         return fields
 
-    def place(self, owner: int, position: np.ndarray, velocity: np.ndarray, skin: np.ndarray | None = None) -> None:
-        """Move the boundary particles of an owner: position and velocity (b, dim), and `skin` where viscosity feels
-        another velocity."""
+    def place(
+        self, owner: int, position: np.ndarray, velocity: np.ndarray, skin: np.ndarray | None = None,
+        normal: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
+        """Move the boundary particles of an owner: position and velocity (b, dim), `skin` where viscosity feels another
+        velocity, and their normals where they turn."""
         chosen = self.of_owner(owner)
         self.boundary[chosen], self.boundary_velocity[chosen] = position, velocity
+        if normal is not None:
+            self.boundary_normal[chosen] = normal
         if skin is not None and self.boundary_skin is self.boundary_velocity:
             self.boundary_skin = self.boundary_velocity.copy()
         if self.boundary_skin is not self.boundary_velocity:
@@ -178,6 +184,8 @@ class Fluid:
             self.team.run(pack_fluid, whole(n), self.grid.lower, *self._state[:3], self._xs, *rows)
         solid = self.boundary, self.boundary_velocity, self.boundary_skin, self.owner
         self.shore.pack(n, solid, dt, self.fall, self._xs, *rows)
+        if self.boundary_normal is not None:
+            self.shore.face(self.boundary_normal)
         self._kept = slice(None)
         if self._relative is not None:
             self._pack_density(n, b)

@@ -22,6 +22,7 @@ class Layout:
 
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
     liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
+    normal (b, dim): outward normals of the bodies at their boundary particles, 0 elsewhere, None without bodies;
     depth: height of the fluid [m]; notes: what the user should know.
     """
 
@@ -36,6 +37,7 @@ class Layout:
     notes: tuple[str, ...]
     liquid: np.ndarray | None = None
     glued: np.ndarray | None = None
+    normal: np.ndarray | None = None
 
 
 def water_depth(scene: Scene) -> float:
@@ -72,7 +74,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         position, velocity = np.concatenate([position, layer]), np.concatenate([velocity, np.zeros_like(layer)])
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
-    boundary, owner = _boundary(scene, solids)
+    boundary, normal, owner = _boundary(scene, solids)
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
     high = np.array(scene.tank.max) + margin
@@ -81,7 +83,9 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width
     notes = tuple(_off_lattice(scene))
-    return Layout(position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes, liquid, glued)
+    return Layout(
+        position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes, liquid, glued, normal
+    )
 
 
 def _axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
@@ -183,13 +187,32 @@ def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(points), np.concatenate(owners)
 
 
-def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray, np.ndarray]:
+def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     points, owners = _walls(scene)
     clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
     boundary = np.concatenate([points, *clouds])
     owner = np.concatenate([owners, *(np.full(len(c), o) for c, (o, _) in zip(clouds, solids, strict=True))])
     order = np.argsort(owner, kind="stable")
-    return boundary[order], owner[order].astype(np.int32)
+    boundary, owner = boundary[order], owner[order].astype(np.int32)
+    normal = np.zeros_like(boundary) if owner.max(initial=0) >= FIRST_BODY else None
+    for body in np.unique(owner[owner >= FIRST_BODY]):
+        own = [solid for its_owner, solid in solids if its_owner == body]
+        normal[owner == body] = _normals(own, boundary[owner == body], scene.smoothing_length)
+    return boundary, normal, owner
+
+
+def _normals(solids: list[Solid], points: np.ndarray, reach: float) -> np.ndarray:
+    """Outward normals (n, dim) at boundary particles (n, dim) of one body, from distances `reach` [m] away on both sides,
+    so that those near an edge point between its faces; 0 in the middle of a thin plate."""
+
+    def clearance(where: np.ndarray) -> np.ndarray:
+        return np.min([solid.clearance(where) for solid in solids], axis=0)
+
+    rise = [clearance(points + reach * axis) - clearance(points - reach * axis) for axis in np.eye(points.shape[1])]
+    normal = np.stack(rise, axis=1)
+    length = np.linalg.norm(normal, axis=1)
+    clear = length > 1e-6 * reach
+    return np.where(clear[:, None], normal / np.where(clear, length, 1.0)[:, None], 0.0)
 
 
 def _off_lattice(scene: Scene):

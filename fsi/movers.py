@@ -30,6 +30,7 @@ class Movers:
         self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
         self._start = fluid.boundary[fluid.of_owner(PISTON)].copy()
         self._local = []  # boundary particles of each body in its own frame, about its centre of mass
+        self._normal = []  # their outward normals likewise
         self._arm = []  # the same in the world, where they stand
         self.reach = np.zeros(max(0, fluid.owners - FIRST_BODY))  # (b,) distance of the farthest from there [m]
         motion = bodies.motion() if bodies else None
@@ -38,6 +39,9 @@ class Movers:
             points = np.tile(centre, (len(fluid.boundary[fluid.of_owner(FIRST_BODY + b)]), 1))
             points[:, self._axes] = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
             self._local.append((points - centre) @ motion.rotation[b])
+            normals = np.zeros_like(points)
+            normals[:, self._axes] = fluid.boundary_normal[fluid.of_owner(FIRST_BODY + b)]
+            self._normal.append(normals @ motion.rotation[b])
             self._arm.append(points - centre)
             self.reach[b] = np.linalg.norm(points - centre, axis=1).max(initial=0.0)
 
@@ -68,15 +72,18 @@ class Movers:
         """Put the boundary particles of a body where it takes them."""
         twist, skin = motion.velocity[b], None
         if motion.smooth is None:
-            arm = local @ motion.rotation[b].T
+            turn = motion.rotation[b]
+            arm = local @ turn.T
         else:
+            turn = motion.turn[b]
             pivot = motion.pivot[b]
             arm = motion.rotation[b] @ pivot + (local - pivot) @ motion.turn[b].T
             skin = _velocities(twist, arm)[:, self._axes]
             twist = twist @ motion.smooth[b]
         self._arm[b] = arm
         velocity, position = _velocities(twist, arm), motion.position[b] + arm
-        self.fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes], skin)
+        normal = (self._normal[b] @ turn.T)[:, self._axes]
+        self.fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes], skin, normal)
 
     def follow(self) -> None:
         """Give the boundary particles of the bodies the velocities that the bodies have come to in the step, where they stand:

@@ -20,8 +20,9 @@ from fsi.threads import Team
 class Shore:
     """Boundary particles as the fluid meets them; the first `count` of b stand, whose rows follow the fluid's `first` ones.
 
-    order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); weights (b, 1 + dim): sum W
-    and sum r_j W x_bj (`fsi.boundary.make_weights`); `drag`: the kernel of their viscous force, None where nothing drags.
+    order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
+    bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.boundary.make_weights`); `drag`: the
+    kernel of their viscous force, None where nothing drags.
     """
 
     def __init__(
@@ -36,6 +37,7 @@ class Shore:
         self.order = np.empty(0, np.int32)
         self.position = np.zeros((b, dim))
         self.velocity = self.skin = np.zeros((b, dim))
+        self.normal = np.empty((0, dim))
         self.owner = np.zeros(b, np.int32)
         self.weights, self._lift = np.zeros((b, 1 + dim), dtype), np.zeros((b, 1), dtype)
         self._force, self._silence = np.empty((0, b, dim)), Echo.none(dim, dtype)
@@ -51,6 +53,10 @@ class Shore:
         if len(position):
             self.order = self.sort.update(position, scratch)[: self.sort.inside].copy()
         self.count = len(self.order)
+
+    def face(self, normal: np.ndarray) -> None:
+        """Take over the outward normals (b, dim) of the bodies, in the order of the layout."""
+        self.normal = normal[self.order]
 
     def pack(self, first: int, state: tuple[np.ndarray, ...], dt: float, fall: np.ndarray, *rows: np.ndarray) -> None:
         """Fill the rows from `first` on, and the arrays here, from `state`: position, velocity, skin, owner in the order of
@@ -92,7 +98,7 @@ class Shore:
             twist = np.einsum("oi,oij->oj", twist, self._smooth)
         if b:
             self.team.run(
-                boundary.lift_of, whole(b), self.position, self.owner, self._centre, accelerations, twist, fall,
+                boundary.lift_of, whole(b), self.position, self.normal, self.owner, self._centre, accelerations, twist, fall,
                 self._density, self.weights, lift,
             )  # fmt: skip
 
