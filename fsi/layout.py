@@ -95,17 +95,30 @@ def _axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
     return origin + (np.arange(first, last + 1) + 0.5) * spacing
 
 
+def _fitted(low: float, high: float, inner: float, outer: float, spacing: float) -> np.ndarray:
+    """Lattice points between low and high that begin anew at `inner` and `outer`, the sides of the tank, and are stretched
+    between them to fit: walls that meet in an edge then share one lattice, and crowd no fluid particle there."""
+    count = round((outer - inner) / spacing)
+    if abs(count * spacing - (outer - inner)) < 0.02 * spacing:
+        return _axis(low, high, inner, spacing)
+    between = inner + (np.arange(count) + 0.5) * (outer - inner) / count
+    return np.concatenate([_axis(low, inner, inner, spacing), between, _axis(outer, high, outer, spacing)])
+
+
 def _lattice(axes: list[np.ndarray]) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
 
 
 def _fluid(scene: Scene, solids: list[Solid]):
-    """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace."""
+    """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace, and without cells that
+    the tank's far walls cut."""
     tank, spacing = scene.tank, scene.spacing
+    names = "xz" if scene.dimension == 2 else "xyz"
+    room = [b - 0.48 * spacing if f"{n}+" in tank.walls else math.inf for n, b in zip(names, tank.max, strict=True)]
     blocks = _blocks(scene)
     positions, velocities, liquids, tops = [], [], [], []
     for number, (low, high, velocity, liquid) in enumerate(blocks):
-        axes = [_axis(a, b, o, spacing) for a, b, o in zip(low, high, tank.min, strict=True)]
+        axes = [_axis(a, min(b, r), o, spacing) for a, b, r, o in zip(low, high, room, tank.min, strict=True)]
         points = _lattice(axes)
         for other_low, other_high, *_ in blocks[:number]:  # blocks may overlap: the first one holds the particle
             inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
@@ -177,7 +190,11 @@ def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                 elif e < d:
                     low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
                     high += thick * (f"{names[e]}+" in tank.walls)
-                axes.append(_axis(low, high, origin, spacing))
+                axes.append(
+                    _axis(low, high, origin, spacing)
+                    if e == d
+                    else _fitted(low, high, tank.min[e], tank.max[e], spacing)
+                )
             slab = _lattice(axes)
             moving = scene.waves is not None and d == 0 and side < 0
             points.append(slab)

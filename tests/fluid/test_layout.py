@@ -22,6 +22,17 @@ def test_fluid_and_walls_fill_a_lattice_without_gaps_or_doubles(dimension):
     assert len(layout.position) == 6 ** (dimension - 1) * 5
 
 
+@pytest.mark.parametrize("length", [0.63, 0.65, 0.67])
+def test_a_tank_off_the_lattice_has_whole_cells_and_closed_edges(length):
+    """At 6.5 spacings a particle once started on the far wall and was counted beyond it."""
+    layout = build(still_tank(2, 0.1, depth=0.5, length=length))
+    assert layout.position[:, 0].max() == pytest.approx(0.55)
+    wall = layout.boundary
+    gaps = np.sort(((wall[:, None] - wall[None]) ** 2).sum(-1), 1)[:, 1]
+    assert 0.9 < np.sqrt(gaps.min()) / 0.1 and np.sqrt(gaps.max()) / 0.1 < 1.1
+    assert (np.abs(wall[:, 0] - (length + 0.05)) < 1e-9).any()
+
+
 def test_the_bed_reaches_under_a_retreating_piston():
     scene = still_tank(spacing=0.02, length=3.0, waves={"wave_height": 0.1, "period": 1.5})
     layout = build(scene)
