@@ -29,7 +29,7 @@ def test_a_tank_off_the_lattice_has_whole_cells_and_closed_edges(length):
     assert layout.position[:, 0].max() == pytest.approx(0.55)
     wall = layout.boundary
     gaps = np.sort(((wall[:, None] - wall[None]) ** 2).sum(-1), 1)[:, 1]
-    assert 0.9 < np.sqrt(gaps.min()) / 0.1 and np.sqrt(gaps.max()) / 0.1 < 1.1
+    assert np.sqrt(gaps.min()) / 0.1 > 0.9 and np.sqrt(gaps.max()) / 0.1 < 1.1
     assert (np.abs(wall[:, 0] - (length + 0.05)) < 1e-9).any()
 
 
