@@ -14,6 +14,7 @@ from fsi.scene import Scene
 from fsi.waves import reach
 
 WALL, PISTON, FIRST_BODY = 0, 1, 2  # owners of boundary particles
+CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
 
 
 @dataclass(frozen=True)
@@ -214,22 +215,21 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray
     normal = np.zeros_like(boundary) if owner.max(initial=0) >= FIRST_BODY else None
     for body in np.unique(owner[owner >= FIRST_BODY]):
         own = [solid for its_owner, solid in solids if its_owner == body]
-        normal[owner == body] = _normals(own, boundary[owner == body], scene.smoothing_length)
+        normal[owner == body] = _normals(own, boundary[owner == body], 0.1 * scene.spacing)
     return boundary, normal, owner
 
 
-def _normals(solids: list[Solid], points: np.ndarray, reach: float) -> np.ndarray:
-    """Outward normals (n, dim) at boundary particles (n, dim) of one body, from distances `reach` [m] away on both sides,
-    so that those near an edge point between its faces; 0 in the middle of a thin plate."""
+def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray:
+    """Outward normals (n, dim) at boundary particles (n, dim) of one body, from distances a `step` [m] to both sides; 0 where
+    two faces are equally near, in an edge and in the middle of a plate."""
 
     def clearance(where: np.ndarray) -> np.ndarray:
         return np.min([solid.clearance(where) for solid in solids], axis=0)
 
-    rise = [clearance(points + reach * axis) - clearance(points - reach * axis) for axis in np.eye(points.shape[1])]
-    normal = np.stack(rise, axis=1)
-    length = np.linalg.norm(normal, axis=1)
-    clear = length > 1e-6 * reach
-    return np.where(clear[:, None], normal / np.where(clear, length, 1.0)[:, None], 0.0)
+    rise = [clearance(points + step * axis) - clearance(points - step * axis) for axis in np.eye(points.shape[1])]
+    normal = np.stack(rise, axis=1) / (2 * step)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.where(length > CLEAR, normal / np.maximum(length, CLEAR), 0.0)
 
 
 def _off_lattice(scene: Scene):
