@@ -148,7 +148,7 @@ CASES = {
             "A packet of steep waves runs over a fixed deck",
             builder("deck_overtopping"),
             "The highest waves run ahead of linear theory by 0.17 s at x = 7 m, the lower ones do not; and the deck sends waves"
-            " back, which theory has not: without it the misfit is 28 %.",
+            " back, which theory has not: without it the misfit is 28 %. Not the spacing: 30.4 % at 25 mm, 31.3 % at 17.5 mm.",
         ),
         _case("deck_waves", "The packet without the deck", _open),
     )
