@@ -119,7 +119,6 @@ CASES = {
             builder("spar"),
             Forced,
             {"force_amplitude": 0.05, "force_phase": 0.05},
-            reasons="Three spacings over the radius at the coarse level; with four the amplitude is within 4 %.",
         ),
         _free("spar_heave", "Spar of 115 kg and 1.4 m draft, free heave", {}),
         _free("spar_free", "Spar of 115 kg with six degrees of freedom", {"sway_m": 0.005, "tilt_growth": 0.05}),

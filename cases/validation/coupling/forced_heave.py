@@ -91,9 +91,6 @@ def _case(omega: float) -> Case:
         _scene(omega),
         lambda sim: Load(sim, omega),
         {"force_amplitude": 0.05, "force_phase": 0.05},
-        reasons="Not the pressure's answer to an acceleration: solved, that is an added mass 20 % and 16 % too small at 3 and 4"
-        " spacings to the radius, where the force has one 40 % too large, and a resistance: friction along the side of"
-        " the spar. Without artificial viscosity, or with a wall guard of 0.8 spacings, the amplitude changes by 3 %.",
     )
 
 
