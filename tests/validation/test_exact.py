@@ -207,3 +207,10 @@ def test_water_arrives_when_its_depth_passes_a_level():
     assert math.isnan(short_box.first_above(t, np.zeros(4), 0.01))
     lattice = 0.1 * (np.stack(np.meshgrid(*[np.arange(10)] * 3, indexing="ij"), -1).reshape(-1, 3) + 0.5)
     assert short_box.mean_depth(lattice, np.array([0.5, 0.5]), 0.1, 0.2) == pytest.approx(1.0)
+
+
+def test_a_jet_that_passes_a_gauge_is_not_the_water_that_arrives():
+    t = np.arange(0.0, 1.0, 0.01)
+    depth = np.where((t > 0.2) & (t < 0.28), 0.03, 0.0) + np.where(t > 0.605, 0.05, 0.0)
+    assert short_box.first_above(t, depth, 0.01) == pytest.approx(0.205, abs=0.01)
+    assert short_box.arrival(t, depth) == pytest.approx(0.605, abs=0.01)
