@@ -129,6 +129,7 @@ CASES = {
             planes_scene,
             partial(Stillness, rest=water_over_planes()),
             TARGET_3D,
+            reasons="The sum of the volumes grows by 0.2 % at 10 mm and by 0.03 % at 20 mm; why is not found.",
         ),
     )
 }
