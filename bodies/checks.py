@@ -89,7 +89,7 @@ def check_solids(
 def check_inside(solids: Owned, names: Sequence[str], tank: Tank, spacing: float, layers: int, source: object) -> None:
     """Raise SceneError for a body that reaches beyond the tank, to a hundredth of the spacing."""
     low, high = np.array(tank.min), np.array(tank.max)
-    axes = "xyz" if len(low) == 3 else "xz"
+    axes = tank.axes
     for owner, solid in solids:
         if owner == 0:
             continue

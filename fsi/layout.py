@@ -14,6 +14,7 @@ from fsi.scene import Scene
 from fsi.waves import reach
 
 WALL, PISTON, FIRST_BODY = 0, 1, 2  # owners of boundary particles
+WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
 CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
 
 
@@ -100,7 +101,7 @@ def _fitted(low: float, high: float, inner: float, outer: float, spacing: float)
     """Lattice points between low and high that begin anew at `inner` and `outer`, the sides of the tank, and are stretched
     between them to fit: walls that meet in an edge then share one lattice, and crowd no fluid particle there."""
     count = round((outer - inner) / spacing)
-    if abs(count * spacing - (outer - inner)) < 0.02 * spacing:
+    if abs(count * spacing - (outer - inner)) < WHOLE * spacing:
         return _axis(low, high, inner, spacing)
     between = inner + (np.arange(count) + 0.5) * (outer - inner) / count
     return np.concatenate([_axis(low, inner, inner, spacing), between, _axis(outer, high, outer, spacing)])
@@ -114,8 +115,8 @@ def _fluid(scene: Scene, solids: list[Solid]):
     """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace, and without cells that
     the tank's far walls cut."""
     tank, spacing = scene.tank, scene.spacing
-    names = "xz" if scene.dimension == 2 else "xyz"
-    room = [b - 0.48 * spacing if f"{n}+" in tank.walls else math.inf for n, b in zip(names, tank.max, strict=True)]
+    half = (0.5 - WHOLE) * spacing
+    room = [b - half if f"{n}+" in tank.walls else math.inf for n, b in zip(tank.axes, tank.max, strict=True)]
     blocks = _blocks(scene)
     positions, velocities, liquids, tops = [], [], [], []
     for number, (low, high, velocity, liquid) in enumerate(blocks):
@@ -171,7 +172,7 @@ def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     reach as far as its ghosts."""
     tank, spacing, dim = scene.tank, scene.spacing, scene.dimension
     thick = scene.layers * spacing
-    names = ("x", "z") if dim == 2 else ("x", "y", "z")
+    names = tank.axes
     back = math.ceil(piston_reach(scene) / spacing) * spacing
     around = math.ceil(Periodic(scene).width / spacing) * spacing
     points, owners = [], []
@@ -181,21 +182,17 @@ def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                 continue
             axes = []
             for e in range(dim):
-                low, high, origin = tank.min[e], tank.max[e], tank.min[e]
-                if e == d and side < 0:
-                    low, high = tank.min[e] - thick, tank.min[e]
-                elif e == d:
-                    low, high, origin = tank.max[e], tank.max[e] + thick, tank.max[e]
-                elif names[e] in tank.periodic:
+                low, high = tank.min[e], tank.max[e]
+                if e == d:
+                    own = (low - thick, low, low) if side < 0 else (high, high + thick, high)
+                    axes.append(_axis(*own, spacing))
+                    continue
+                if names[e] in tank.periodic:
                     low, high = low - around, high + around
                 elif e < d:
                     low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
                     high += thick * (f"{names[e]}+" in tank.walls)
-                axes.append(
-                    _axis(low, high, origin, spacing)
-                    if e == d
-                    else _fitted(low, high, tank.min[e], tank.max[e], spacing)
-                )
+                axes.append(_fitted(low, high, tank.min[e], tank.max[e], spacing))
             slab = _lattice(axes)
             moving = scene.waves is not None and d == 0 and side < 0
             points.append(slab)
@@ -234,11 +231,10 @@ def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray
 
 def _off_lattice(scene: Scene):
     """Sides of the tank that are not a whole number of spacings long leave a gap at the far wall."""
-    names = ("x", "z") if scene.dimension == 2 else ("x", "y", "z")
-    spans = list(zip(names, scene.tank.min, scene.tank.max, strict=True))
+    spans = list(zip(scene.tank.axes, scene.tank.min, scene.tank.max, strict=True))
     if not scene.fluid.blocks:
         spans[-1] = ("z up to the still water level", scene.tank.min[-1], scene.fluid.still_water_level)
     for name, low, high in spans:
         count = (high - low) / scene.spacing
-        if abs(count - round(count)) > 0.02 and (name != "z"):
+        if abs(count - round(count)) > WHOLE and (name != "z"):
             yield f"tank: {name}: {high - low:g} m is {count:.2f} spacings; the last {count % 1:.2f} stay without fluid"

@@ -77,7 +77,7 @@ class Movers:
         else:
             turn = motion.turn[b]
             pivot = motion.pivot[b]
-            arm = motion.rotation[b] @ pivot + (local - pivot) @ motion.turn[b].T
+            arm = motion.rotation[b] @ pivot + (local - pivot) @ turn.T
             skin = _velocities(twist, arm)[:, self._axes]
             twist = twist @ motion.smooth[b]
         self._arm[b] = arm

@@ -16,8 +16,7 @@ class Periodic:
     there see as much fluid as those inside."""
 
     def __init__(self, scene: Scene):
-        names = ("x", "z") if scene.dimension == 2 else ("x", "y", "z")
-        self.axes = [names.index(name) for name in scene.tank.periodic]
+        self.axes = [scene.tank.axes.index(name) for name in scene.tank.periodic]
         self.low, self.high = np.array(scene.tank.min), np.array(scene.tank.max)
         self.width = 4.05 * scene.smoothing_length if self.axes else 0.0
         self.ghosts = self.sources = np.empty(0, np.int64)  # rows, valid for one step

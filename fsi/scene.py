@@ -40,6 +40,11 @@ class Tank(Box):
     bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
+    @property
+    def axes(self) -> str:
+        """Names of the axes in the order of the coordinates."""
+        return "xyz" if len(self.min) == 3 else "xz"
+
 
 class Block(Box):
     """A box of fluid at the start, with a uniform velocity [m/s]."""

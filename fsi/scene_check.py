@@ -105,8 +105,7 @@ def _positions(scene: Scene) -> Iterator[Fault]:
 
 
 def _periodic(scene: Scene) -> Iterator[Fault]:
-    tank, key = scene.tank, "tank.periodic"
-    names = ("x", "z") if scene.dimension == 2 else ("x", "y", "z")
+    tank, key, names = scene.tank, "tank.periodic", scene.tank.axes
     for name in tank.periodic:
         if name not in names:
             yield key, f"a two-dimensional scene has no {name} axis", "leave it out"

@@ -137,16 +137,19 @@ class Mirrored(Measure):
     errors = Twins.errors
 
 
+def _stepped(scene: dict, step: float) -> dict:
+    """The scene, run over STEPS steps of `step` [s] in double precision."""
+    return scene | {"duration": STEPS * step, "numerics": {"precision": "double", "fixed_time_step": step}}
+
+
 def _vortices(spacing: float, folder) -> dict:
     scene = taylor_green.CASES["taylor_green"].scene(spacing, folder)
-    step = 0.1 * spacing / taylor_green.SPEED
-    return scene | {"duration": STEPS * step, "numerics": {"precision": "double", "fixed_time_step": step}}
+    return _stepped(scene, 0.1 * spacing / taylor_green.SPEED)
 
 
 def _drop(spacing: float, folder) -> dict:
     scene = drop.CASES["elliptical_drop"].scene(spacing, folder)
-    step = scene["numerics"]["max_time_step"]
-    return scene | {"duration": STEPS * step, "numerics": {"precision": "double", "fixed_time_step": step}}
+    return _stepped(scene, scene["numerics"]["max_time_step"])
 
 
 def _column(spacing: float, turned: bool = False) -> dict:

@@ -13,7 +13,8 @@ class Leaks:
     """`share(sim)`: of the particles, those that are lost or whose centre lies beyond a walled side of the tank."""
 
     def __init__(self, sim: Simulation):
-        tank, axes = sim.scene.tank, "xz" if sim.scene.dimension == 2 else "xyz"
+        tank = sim.scene.tank
+        axes = tank.axes
         self._low = np.array([a if f"{n}-" in tank.walls else -math.inf for n, a in zip(axes, tank.min, strict=True)])
         self._high = np.array([b if f"{n}+" in tank.walls else math.inf for n, b in zip(axes, tank.max, strict=True)])
 
