@@ -30,6 +30,7 @@ MODULES = {
     "channels": ("two_liquids_channel", "implicit_viscosity", "eddy_viscosity"),
     "tall_column": ("column_tall",),
     "short_box": ("box_short",),
+    "jet_step": ("jet_step",),
     "frames": ("moving_frame", "turned_frame", "askew_frame", "mirror"),
     "stability": ("stability",),
     "violent": (

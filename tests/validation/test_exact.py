@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.validation import dam_front, irregular_sea, poiseuille, short_box, solitary_wave, taylor_green
+from cases.validation import dam_front, irregular_sea, jet_step, poiseuille, short_box, solitary_wave, taylor_green
 from cases.validation.drop import FIELD, PERIOD, exact_axes
 from cases.validation.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
 from cases.validation.series import impulse, low_passed, relative_rms
@@ -214,3 +214,16 @@ def test_a_jet_that_passes_a_gauge_is_not_the_water_that_arrives():
     depth = np.where((t > 0.2) & (t < 0.28), 0.03, 0.0) + np.where(t > 0.605, 0.05, 0.0)
     assert short_box.first_above(t, depth, 0.01) == pytest.approx(0.205, abs=0.01)
     assert short_box.arrival(t, depth) == pytest.approx(0.605, abs=0.01)
+
+
+@pytest.mark.parametrize("angle", [0.5, 1.0, 1.4])
+def test_the_jet_on_a_step_loses_the_momentum_that_the_step_takes(angle):
+    height, pressure = jet_step.on_face(angle)
+    thrust = 0.5 * ((pressure[1:] + pressure[:-1]) * 0.5 * np.diff(height)).sum()
+    assert thrust == pytest.approx(1 - math.cos(angle), abs=1e-5)
+
+
+def test_a_thick_jet_on_a_step_is_kirchhoffs_flow_past_a_plate():
+    heights = tuple(np.linspace(0, 1, 2001))
+    drag = np.trapezoid(jet_step.exact_pressure(heights, 1000.0), heights)
+    assert drag == pytest.approx(2 * math.pi / (4 + math.pi), abs=0.002)

@@ -1,0 +1,104 @@
+"""A jet along a floor hits a step and leaves over its edge: pressure on the front of the step, in two dimensions.
+
+Exact: the free streamlines of a jet that hits a plate (Milne-Thomson 1968, Theoretical Hydrodynamics, ch. 11; half of it, the
+floor being the line of symmetry), without gravity. In the plane of the complex velocity zeta = (u - i v) / U the flow is a
+quarter of the unit circle with a source of the jet's flux at 1 and a sink at e^(-i alpha), alpha the angle at which the jet
+leaves. On the step zeta = -i q, and by the images of source and sink
+
+    dy/dq = 4 D / pi (1 / (1 + q^2) - (q^2 + cos 2 alpha) / (q^4 + 2 q^2 cos 2 alpha + 1)),    p = rho U^2 (1 - q^2) / 2,
+
+D the thickness of the jet; q is 0 at the foot and 1 at the edge, whose height gives alpha. The step is that of `box_short`
+(its height, the heights of its probes, its spacings), the jet as thick as the water which meets it at about 0.8 s.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from cases.validation.case import Case, Measure
+from cases.validation.short_box import PROBES
+from fsi.gauges import pressure_at
+from fsi.simulation import Simulation
+
+STEP, JET, SPEED = 0.16, 0.12, 2.0  # height of the step [m], thickness [m] and speed [m/s] of the jet
+LENGTH, BEHIND, HEIGHT = 1.6, 0.8, 1.6  # of the jet and of the tank over and behind the step [m]
+STEADY = 0.35, 0.65  # [s]; the jet's end comes at 0.8
+
+
+def on_face(angle: float, points: int = 4001) -> tuple[np.ndarray, np.ndarray]:
+    """Height in jet thicknesses and pressure as a share of rho U^2 / 2, from the foot of the step to its edge, of a jet
+    that leaves at that angle [rad] to the floor."""
+    q, c = np.linspace(0, 1, points), math.cos(2 * angle)
+    slope = 4 / math.pi * (1 / (1 + q**2) - (q**2 + c) / (q**4 + 2 * c * q**2 + 1))
+    height = np.concatenate([[0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(q))])
+    return height, 1 - q**2
+
+
+@cache
+def exact_pressure(heights: tuple[float, ...], jet_over_step: float) -> np.ndarray:
+    """Pressure as a share of rho U^2 / 2 at heights that are shares of the step's."""
+    low, high = 1e-3, 0.5 * math.pi - 1e-3  # the higher the step, the steeper the jet leaves
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if on_face(middle)[0][-1] * jet_over_step < 1 else (low, middle)
+    height, pressure = on_face(low)
+    return np.interp(heights, height * jet_over_step, pressure)
+
+
+class FrontPressure(Measure):
+    """Pressures on the front of the step, means over the time in which the flow is steady."""
+
+    def begin(self, sim: Simulation) -> None:
+        self.found = []
+
+    def sample(self, sim: Simulation) -> None:
+        if not STEADY[0] <= sim.time <= STEADY[1]:
+            return
+        fluid, h = sim.fluid, sim.scene.smoothing_length
+        points = [np.array([LENGTH, z]) for z in PROBES]
+        self.found.append([pressure_at(fluid.position, fluid.pressure_values, point, h, 0.0) for point in points])
+
+    def errors(self) -> dict[str, float]:
+        exact = exact_pressure(tuple(z / STEP for z in PROBES), JET / STEP)
+        found = np.mean(self.found, axis=0) / (0.5 * 1000 * SPEED**2)
+        return {f"p{n}": share for n, share in enumerate((found - exact).tolist(), start=1)}
+
+
+STEP_XML = """<mujoco model="step">
+  <option gravity="0 0 0"/>
+  <custom><tuple name="wet"><element objtype="geom" objname="step"/></tuple></custom>
+  <worldbody>
+    <geom name="step" type="box" pos="{x} 0 {half}" size="{half} 0.5 {half}"/>
+  </worldbody>
+</mujoco>
+"""
+
+
+def _scene(spacing: float, folder: Path) -> dict:
+    (folder / "step.xml").write_text(STEP_XML.format(x=LENGTH + 0.5 * STEP, half=0.5 * STEP))
+    return {
+        "duration": STEADY[1],
+        "gravity": 0.0,
+        "tank": {"min": [0.0, 0.0], "max": [LENGTH + BEHIND, HEIGHT], "walls": ["x-", "x+", "z-", "z+"]},
+        "bodies": {"step": {"mjcf": "step.xml"}},
+        "fluid": {"blocks": [{"min": [0.0, 0.0], "max": [LENGTH, JET], "velocity": [SPEED, 0.0]}]},
+    }
+
+
+CASES = {
+    "jet_step": Case(
+        "jet_step",
+        "A jet along a floor hits a step and leaves over its edge",
+        "Exact: free streamlines (Milne-Thomson 1968). Errors of the pressure at the heights of P1 to P4 of `box_short`, means"
+        " over 0.3 s, as shares of rho U^2 / 2.",
+        {"coarse": 0.02, "medium": 0.01, "paper": 0.005},
+        _scene,
+        FrontPressure,
+        {f"p{n}": 0.05 for n in (1, 2, 3, 4)},
+        reasons="",
+    )
+}
