@@ -184,7 +184,7 @@ def validate(
     ] = None,
     level: Annotated[
         list[str] | None,
-        typer.Option(metavar="coarse|medium|paper", help="Resolution; coarse if none. Repeatable."),
+        typer.Option(metavar="coarse|medium|paper|fine", help="Resolution; coarse if none. Repeatable."),
     ] = None,
     solver: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Variant of the numerics; the default if none. Repeatable.")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-LEVELS = ("coarse", "medium", "paper")
+LEVELS = ("coarse", "medium", "paper", "fine")  # paper: the spacing of the documents; few cases have a finer one
 
 
 class Measure:

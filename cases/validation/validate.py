@@ -51,7 +51,8 @@ def validate(
     is there. With `jobs` above one so many run at a time, on a processor each. With `figures` each run gets a page with its
     pictures in the folder `figures` beside the rows. `say` hears of the progress.
 
-    Raises SceneError for a name that does not exist."""
+    Cases without one of the levels leave it out. Raises SceneError for a name that does not exist, and for a level that none
+    of the cases has."""
     levels = _known("--level", levels or LEVELS[:1], LEVELS)
     solvers = _known("--solver", solvers or [DEFAULT], SOLVERS)
     runs = _runs(tuple(names), levels, solvers)
@@ -74,7 +75,13 @@ def _runs(names: tuple[str, ...], levels: Sequence[str], solvers: Sequence[str])
     plain = [name for name in names if name != STUDY]
     study = defaults.jobs() if STUDY in names else []
     chosen = choose(plain) if plain or not names else []
-    return list(dict.fromkeys(study + [(c.name, v, s) for c in chosen for s in solvers for v in levels]))
+    for level in levels if chosen else ():
+        if not any(level in case.spacing for case in chosen):
+            known = dict.fromkeys(v for case in chosen for v in case.spacing)
+            raise SceneError(f"no case here has {level!r}", key="--level", fix=f"choose from {', '.join(known)}")
+    return list(
+        dict.fromkeys(study + [(c.name, v, s) for c in chosen for s in solvers for v in levels if v in c.spacing])
+    )
 
 
 def _known(option: str, names: Sequence[str], known: Iterable[str]) -> list[str]:

@@ -265,6 +265,7 @@ def test_the_command_end_to_end(tmp_path):
     "arguments, message",
     [
         (["nothing"], "no validation case 'nothing'"),
+        (["dam_front", "--level", "finer"], "choose from coarse, medium, paper, fine"),
         (["dam_front", "--level", "fine"], "choose from coarse, medium, paper"),
         (["dam_front", "--solver", "magic"], f"choose from {', '.join(SOLVERS)}"),
     ],
