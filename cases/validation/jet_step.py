@@ -8,7 +8,8 @@ leaves. On the step zeta = -i q, and by the images of source and sink
     dy/dq = 4 D / pi (1 / (1 + q^2) - (q^2 + cos 2 alpha) / (q^4 + 2 q^2 cos 2 alpha + 1)),    p = rho U^2 (1 - q^2) / 2,
 
 D the thickness of the jet; q is 0 at the foot and 1 at the edge, whose height gives alpha. The step is that of `box_short`
-(its height, the heights of its probes, its spacings), the jet as thick as the water which meets it at about 0.8 s.
+(its height, the heights of its probes, its spacings), the jet as thick as the water which meets it at about 0.8 s. The jet
+starts clear of the tank's wall: water that is drawn off a wall leaves with less than its speed.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from fsi.gauges import pressure_at
 from fsi.simulation import Simulation
 
 STEP, JET, SPEED = 0.16, 0.12, 2.0  # height of the step [m], thickness [m] and speed [m/s] of the jet
-LENGTH, BEHIND, HEIGHT = 1.6, 0.8, 1.6  # of the jet and of the tank over and behind the step [m]
-STEADY = 0.35, 0.65  # [s]; the jet's end comes at 0.8
+LENGTH, ROOM, HEIGHT = 2.4, 0.8, 1.6  # of the jet, room behind it and behind the step, and over the bed [m]
+STEADY = 0.35, 0.65  # [s]; the end of the jet comes at 1.2
 
 
 def on_face(angle: float, points: int = 4001) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +84,7 @@ def _scene(spacing: float, folder: Path) -> dict:
     return {
         "duration": STEADY[1],
         "gravity": 0.0,
-        "tank": {"min": [0.0, 0.0], "max": [LENGTH + BEHIND, HEIGHT], "walls": ["x-", "x+", "z-", "z+"]},
+        "tank": {"min": [-ROOM, 0.0], "max": [LENGTH + ROOM, HEIGHT], "walls": ["x-", "x+", "z-", "z+"]},
         "bodies": {"step": {"mjcf": "step.xml"}},
         "fluid": {"blocks": [{"min": [0.0, 0.0], "max": [LENGTH, JET], "velocity": [SPEED, 0.0]}]},
     }
@@ -99,6 +100,8 @@ CASES = {
         _scene,
         FrontPressure,
         {f"p{n}": 0.05 for n in (1, 2, 3, 4)},
-        reasons="",
+        reasons="At 20 mm the jet is 6 spacings thick, and water swirls in the corner under P1. P4 is 2.5 spacings of 10 mm from"
+        " the edge; it falls short of the exact pressure by half as much at half the spacing. The gauge is not why: of the"
+        " exact flow it would read 0.011 too little.",
     )
 }
