@@ -100,8 +100,8 @@ CASES = {
         _scene,
         FrontPressure,
         {f"p{n}": 0.05 for n in (1, 2, 3, 4)},
-        reasons="At 20 mm the jet is 6 spacings thick, and water swirls in the corner under P1. P4 is 2.5 spacings of 10 mm from"
-        " the edge; it falls short of the exact pressure by half as much at half the spacing. The gauge is not why: of the"
+        reasons="At 20 mm the jet is 6 spacings thick, and water swirls in the corner under P1. P4 is 2.5 spacings of 10 mm"
+        " from the edge; it falls short of the exact pressure by half as much at half the spacing. The gauge is not why: of the"
         " exact flow it would read 0.011 too little.",
     )
 }
