@@ -127,6 +127,8 @@ CASES = {
             duration=100.0,
             spacing=0.05,
             numerics={"fixed_time_step": 0.001},
+            reasons="three layers of twelve particles go on changing places: their energy goes up and down by as much from 3 s"
+            " on, without a trend; at half the spacing it rises by 0.6 %.",
         ),
     )
 }
