@@ -15,10 +15,11 @@ starts clear of the tank's wall: water that is drawn off a wall leaves with less
 from __future__ import annotations
 
 import math
-from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import brentq
 
 from cases.validation.case import Case, Measure
 from cases.validation.short_box import PROBES
@@ -35,18 +36,13 @@ def on_face(angle: float, points: int = 4001) -> tuple[np.ndarray, np.ndarray]:
     that leaves at that angle [rad] to the floor."""
     q, c = np.linspace(0, 1, points), math.cos(2 * angle)
     slope = 4 / math.pi * (1 / (1 + q**2) - (q**2 + c) / (q**4 + 2 * c * q**2 + 1))
-    height = np.concatenate([[0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(q))])
-    return height, 1 - q**2
+    return cumulative_trapezoid(slope, q, initial=0), 1 - q**2
 
 
-@cache
 def exact_pressure(heights: tuple[float, ...], jet_over_step: float) -> np.ndarray:
     """Pressure as a share of rho U^2 / 2 at heights that are shares of the step's."""
-    low, high = 1e-3, 0.5 * math.pi - 1e-3  # the higher the step, the steeper the jet leaves
-    while high - low > 1e-9:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if on_face(middle)[0][-1] * jet_over_step < 1 else (low, middle)
-    height, pressure = on_face(low)
+    angle = brentq(lambda angle: on_face(angle)[0][-1] * jet_over_step - 1, 1e-3, 0.5 * math.pi - 1e-3)
+    height, pressure = on_face(angle)
     return np.interp(heights, height * jet_over_step, pressure)
 
 
@@ -54,7 +50,7 @@ class FrontPressure(Measure):
     """Pressures on the front of the step, means over the time in which the flow is steady."""
 
     def begin(self, sim: Simulation) -> None:
-        self.found = []
+        self.found, self.stagnation = [], 0.5 * sim.scene.fluid.density * SPEED**2
 
     def sample(self, sim: Simulation) -> None:
         if not STEADY[0] <= sim.time <= STEADY[1]:
@@ -65,7 +61,7 @@ class FrontPressure(Measure):
 
     def errors(self) -> dict[str, float]:
         exact = exact_pressure(tuple(z / STEP for z in PROBES), JET / STEP)
-        found = np.mean(self.found, axis=0) / (0.5 * 1000 * SPEED**2)
+        found = np.mean(self.found, axis=0) / self.stagnation
         return {f"p{n}": share for n, share in enumerate((found - exact).tolist(), start=1)}
 
 

@@ -15,11 +15,8 @@ from fsi.scene_file import load_scene, scene_levels
 def spacings(name: str) -> dict[str, float]:
     """Level -> particle spacing [m] of a built-in scene."""
     levels = scene_levels(name)
-    return {
-        level: load_scene(name, level=level if level in levels else None).spacing
-        for level in LEVELS
-        if level == LEVELS[0] or level in levels
-    }
+    finer = {level: load_scene(name, level=level).spacing for level in LEVELS if level in levels}
+    return {LEVELS[0]: load_scene(name).spacing} | finer
 
 
 def builder(name: str) -> Callable[[float, Path], dict]:
