@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsi import boundary, corrector, sweeps
@@ -21,7 +23,7 @@ from fsi.scene import Scene
 from fsi.scheme import sweep_constants
 from fsi.shore import Shore
 from fsi.threads import Team
-from fsi.timestep import TimeStep
+from fsi.timestep import TimeStep, sound_step
 
 
 class Fluid:
@@ -42,6 +44,7 @@ class Fluid:
         self.weights = how.weights  # of the sweeps of a step
         self.sweeps, self.most_sweeps, self.unsolved = 0, 0, 0  # so far, in one step, steps that ran out of them
         self.k = sweep_constants(scene, layout.depth, self.dtype)
+        self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
         self.pressure_values = layout.pressure.astype(self.dtype)
         self.label = np.arange(len(layout.position), dtype=np.int32)
@@ -172,6 +175,8 @@ class Fluid:
         """Sort and pack everything where it stands now, and find the neighbours. centre (owners, 3), twist
         (owners, 6): of the owners now; smooth (owners, 6, 6) as in `BodyMotion`."""
         self.dt = dt
+        if self._longest_step < math.inf:  # gamma acts once a step: short ones must not make it draw harder
+            self.k = self.k._replace(suction=self.dtype(min(1.0, dt / self._longest_step)))
         self.shore.begin(centre, twist, smooth)
         real, sources = self.count, self._add_ghosts()
         order = self._sort.update(self.position, self._orders)

@@ -39,6 +39,7 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
         relaxation=density_relaxation(scene, depth),
+        suction=1.0,
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         shifting=scene.shifting * h * h * slope * volume,

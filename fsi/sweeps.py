@@ -47,6 +47,7 @@ class Constants(NamedTuple):
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface
     relaxation: float  # gamma
+    suction: float  # share of gamma where the density is too small, see `Fluid.begin`
     density: float
     mass: float
     shifting: float  # beta h^2 C V of the shift
@@ -140,7 +141,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
                         a_ii, missing = k.laplacian_factor * t_[(3 + DIM) * L + m], missing / flow[i, R]
                     coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
                     coefficients[i, INNER] = 1.0 - gate
-                    coefficients[i, DEFICIT] = min(deficit, 0.0) + (1.0 - gate) * max(deficit, 0.0)
+                    coefficients[i, DEFICIT] = min(deficit, 0.0) + k.suction * (1.0 - gate) * max(deficit, 0.0)
                     if shifted:
                         inside = min(1.0, max(0.0, (filled - 0.93) / 0.04)) if surface else 1.0
                         coefficients[i, SUPPORT] = inside

@@ -46,12 +46,10 @@ class TimeStep:
 
     def _others(self, speed: float, acceleration: float) -> dict[str, float]:
         numerics, h = self.scene.numerics, self.scene.smoothing_length
-        wave = math.sqrt(self.scene.gravity * self.depth)
-        over = lambda a, b: a / b if b > 0 else math.inf  # noqa: E731
         return {
-            "sound": over(SOUND * h * math.sqrt(iteration(numerics).gain) * numerics.mach, wave),
-            "speed": over(numerics.courant * h, speed),
-            "acceleration": 0.25 * math.sqrt(over(h, acceleration)),
+            "sound": sound_step(self.scene, self.depth),
+            "speed": _over(numerics.courant * h, speed),
+            "acceleration": 0.25 * math.sqrt(_over(h, acceleration)),
             "max_time_step": numerics.max_time_step or math.inf,
         }
 
@@ -68,6 +66,16 @@ class TimeStep:
             step = min(step, GROWTH * self.previous)
         self.previous = step
         return step
+
+
+def sound_step(scene: Scene, depth: float) -> float:
+    """Step [s] at which long waves in water `depth` metres deep have the scene's Mach number; inf without gravity."""
+    sound = SOUND * scene.smoothing_length * math.sqrt(iteration(scene.numerics).gain)  # times the step
+    return _over(sound * scene.numerics.mach, math.sqrt(scene.gravity * depth))
+
+
+def _over(a: float, b: float) -> float:
+    return a / b if b > 0 else math.inf
 
 
 def to_reach(until: float, time: float, step: float) -> float:
