@@ -16,6 +16,7 @@ from fsi.compiled import helper
 REACH = 1.25  # spacings over which wall particles crowd
 PIECE = 0.2  # spacings; the way of a step is followed in pieces no longer than that
 ROUNDS = 4  # of correction at most after each piece
+AIM = 0.999  # share of the level allowed that a correction aims at; more than all of it, and short steps would add up
 SQUEEZED = (
     0.25  # gradient over the sum of its parts' sizes, below which walls on both sides leave a particle no way out
 )
@@ -109,13 +110,13 @@ def make_guard(dim: int):
         moved = False
         for _ in range(ROUNDS):
             phi, parts = crowding(x, way, walls, books[0], last, k, time, gradient, apart)
-            if phi <= 1.001 * allowed:
+            if phi <= allowed:
                 break
             slope2 = 0.0
             for d in range(DIM):
                 slope2 += gradient[d] * gradient[d]
             steep2 = max(slope2, (SQUEEZED * parts) ** 2)
-            size = min((phi - allowed) / steep2, k.guard_piece / math.sqrt(steep2))
+            size = min((phi - AIM * allowed) / steep2, k.guard_piece / math.sqrt(steep2))
             push(x, way, walls, books, last, k, time, size, gradient, apart)
             moved = True
             if steep2 > slope2:

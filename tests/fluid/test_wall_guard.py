@@ -97,6 +97,19 @@ def test_a_particle_that_is_pressed_to_a_flat_wall_slides_along_it(dim):
     assert 2.0 - fluid.velocity[0, 0] < 0.15 * steps * 9.81 * STEP
 
 
+def test_thousands_of_short_steps_do_not_press_a_particle_into_a_wall():
+    """What a correction leaves over in a step must not add up: a way of 0.4 and 2 spacings in steps of 1e-4 and 5e-3."""
+    wall = wall_of(2)
+    middle = np.array([[0.0625, 0.75], [-0.0625, 0.75], [0.1875, 0.8]]) * [1.0, DR]  # between two wall particles each
+    for pace, steps in (0.01, 4000), (0.5, 400):
+        fluid = beside(wall, middle, np.zeros_like(middle))
+        for _ in range(steps):
+            fluid.velocity[:] = [0.0, -pace]
+            step(fluid)
+        assert len(fluid.position) == 3
+        assert crowding(fluid.position, wall).max() < 1.01 * level(fluid.scene.numerics.wall_guard)
+
+
 def test_a_wall_that_moves_takes_particles_along():
     place = np.array([[0.03, 0.05], [-0.2, 0.06]])
     fluid = beside(wall_of(2), place, np.zeros_like(place))
