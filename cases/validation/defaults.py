@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from cases.validation.case import Row, met
 from cases.validation.solvers import DEFAULT, SOLVERS
 
-CASES = ("still_water", "standing_wave", "dam_front", "elliptical_drop")
+CASES = ("still_water", "standing_wave", "dam_energy", "elliptical_drop", "solitary_wave")
 LEVEL = "medium"
 CHOICES = {
     "Weights and number of the pressure sweeps": ("explicit", "explicit4", "chebyshev4", "chebyshev6", "chebyshev8"),
