@@ -21,10 +21,10 @@ def test_a_violent_flow_keeps_its_books(name):
     assert reason == ""
     assert found.error["leaks"] == 0 and found.error["not_finite"] == 0
     assert found.error["momentum"] < 1e-6
-    if name == "long_run":  # its energy rises by 8 % of the start's over 100 s: the row misses that target
-        assert found.steps >= 100_000 and found.error["energy_rise"] < 0.2
+    if name == "long_run":  # its energy rises by 3 % of the start's over 100 s: the row misses that target
+        assert found.steps >= 100_000 and found.error["energy_rise"] < 0.06
     else:
-        assert found.error["energy_rise"] < 0.005
+        assert found.error["energy_rise"] < 0.008
 
 
 def test_a_run_that_breaks_says_so_and_leaves_a_readable_log(tmp_path):
