@@ -102,8 +102,8 @@ CASES = {
             _blocks(([0.1, 0.7], [0.5, 1.9], None)),
             duration=2.0,
             spacing=0.04,
-            reasons="the energy rises for 5 ms after the slam, as the pressure falls from 90 kPa; by 0.05 %"
-            " at half the step and 20 mm.",
+            reasons="the energy rises for 5 ms after the slam, as the pressure falls from 90 kPa; how much is"
+            " chance: at half the step 0.05 % at 20 mm, and 0.35 in place of 0.02 % at 40 mm.",
         ),
         _case(
             "violent_columns",

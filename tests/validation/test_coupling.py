@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cases.validation import choose, load
+from cases.validation.case import met
 from cases.validation.coupling import added_mass, archimedes, decay, forced_heave, stability
 from cases.validation.coupling.panels import Section, release
 from cases.validation.runner import run_case
@@ -140,6 +141,9 @@ def test_cases_that_pass_coarse(name):
 
 
 @pytest.mark.slow
-def test_the_default_scheme_beside_the_fixed_point():
-    row, reason = run_case(load("schemes_flap"), "coarse", "chebyshev6", threads=1)
-    assert reason == "" and row.error["angle"] < 0.03  # the row's own target, 1 %, is met by most heights of the waves
+@pytest.mark.parametrize(
+    ("name", "missed", "bound"), [("decay_roll_2d", "decay", 0.11), ("schemes_flap", "angle", 0.02)]
+)
+def test_cases_that_miss_one_target_coarse(name, missed, bound):
+    row, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
+    assert reason == "" and all(met(row.error[n], t) for n, t in (row.target | {missed: bound}).items())

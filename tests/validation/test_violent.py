@@ -10,6 +10,8 @@ from fsi import cli
 from fsi.errors import RunError
 from fsi.run_folder import read_manifest
 
+# of the energy at the start; the rows of these two miss their target, 0.001, by more than the others do
+RISE = {"long_run": 0.06, "violent_columns": 0.008}
 SLOW = ["violent_jet", "violent_corner", "violent_droplet", "long_run"]
 
 
@@ -21,10 +23,8 @@ def test_a_violent_flow_keeps_its_books(name):
     assert reason == ""
     assert found.error["leaks"] == 0 and found.error["not_finite"] == 0
     assert found.error["momentum"] < 1e-6
-    if name == "long_run":  # its energy rises by 3 % of the start's over 100 s: the row misses that target
-        assert found.steps >= 100_000 and found.error["energy_rise"] < 0.06
-    else:
-        assert found.error["energy_rise"] < 0.008
+    assert found.error["energy_rise"] < RISE.get(name, 0.005)
+    assert name != "long_run" or found.steps >= 100_000
 
 
 def test_a_run_that_breaks_says_so_and_leaves_a_readable_log(tmp_path):
