@@ -4,7 +4,7 @@ from importlib import import_module
 
 from fsi.extras import require
 
-_HOME = {"BodySet": "bodyset", "load": "bodyset", "mesh_solid": "meshes"}
+_HOME = {"BodySet": "bodyset", "load": "bodyset", "mesh_solid": "shapes.meshes"}
 __all__ = ["BodySet", "load", "mesh_solid"]
 
 

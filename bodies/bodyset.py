@@ -7,16 +7,16 @@ import numpy as np
 
 from bodies import checks, pto, sensors
 from bodies.conditions import conditions
-from bodies.gap import Gap, between
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, start_from_keyframe, wet_geoms
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
-from bodies.shapes import Placed
+from bodies.shapes.gap import Gap, between
+from bodies.shapes.primitives import Placed
 from bodies.stepper import Stepper
 from fsi.errors import SceneError
 from fsi.protocols import BodyMotion, Visual
-from fsi.scene import Scene, Tank
+from fsi.scene.model import Scene, Tank
 
 BODY, JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
 SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from bodies.mjcf import GEOM, name_of
-from bodies.shapes import Placed
+from bodies.shapes.primitives import Placed
 from fsi.errors import SceneError
-from fsi.scene import Tank
+from fsi.scene.model import Tank
 
 DEEP = 0.1  # spacings that two geoms may stand in each other at the start
 ACROSS = 4  # particles across the largest extent of a body, at least

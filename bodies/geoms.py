@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 import trimesh
 
-from bodies.meshes import check_closed, mesh, polygon, section
 from bodies.mjcf import GEOM, mesh_arrays, name_of
-from bodies.shapes import Box, Capsule, Cylinder, Disc, Placed, Shape
+from bodies.shapes.meshes import check_closed, mesh, polygon, section
+from bodies.shapes.primitives import Box, Capsule, Cylinder, Disc, Placed, Shape
 from fsi.errors import SceneError
 
 TYPE = mujoco.mjtGeom

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from bodies.meshes import open_edges
+from bodies.shapes.meshes import open_edges
 from fsi.errors import SceneError
-from fsi.scene import BodyFile
+from fsi.scene.model import BodyFile
 
 OFF = 2e-6  # m; MuJoCo overlooks a micrometre
 LEAST_FRICTION = 1e-3

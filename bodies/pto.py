@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from fsi.errors import RunError, SceneError
-from fsi.scene import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
+from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
 
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
 

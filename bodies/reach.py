@@ -8,7 +8,7 @@ import numpy as np
 
 from bodies.geoms import triangles
 from bodies.mjcf import name_of
-from fsi.scene import Scene
+from fsi.scene.model import Scene
 
 SAMPLES = 33  # of a joint's range
 SLACK = 0.5  # spacings that a body may stand in a wall

@@ -6,7 +6,7 @@ from couplers.lagged import Lagged
 from couplers.prescribed import Prescribed
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, Coupler
-from fsi.scene import CouplerSettings
+from fsi.scene.model import CouplerSettings
 
 __all__ = ["AddedMass", "FixedPoint", "Lagged", "Prescribed", "make"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, FluidLoads
-from fsi.scene import MotionTable, Oscillation
+from fsi.scene.model import MotionTable, Oscillation
 from fsi.waves import RegularPiston, TablePiston
 
 

@@ -6,15 +6,15 @@ Names are resolved on first use, so that importing `fsi` costs nothing that a sc
 from importlib import import_module
 
 _HOMES = {
-    "Scene": "fsi.scene",
+    "Scene": "fsi.scene.model",
     "SceneError": "fsi.errors",
     "RunError": "fsi.errors",
-    "load_scene": "fsi.scene_file",
-    "Simulation": "fsi.simulation",
-    "run": "fsi.cli",
-    "check": "fsi.cli",
-    "sweep": "fsi.cli",
-    "load_run": "fsi.run_folder",
+    "load_scene": "fsi.scene.file",
+    "Simulation": "fsi.simulation.loop",
+    "run": "fsi.runner",
+    "check": "fsi.runner",
+    "sweep": "fsi.runner",
+    "load_run": "fsi.record.run_folder",
 }
 
 __all__ = list(_HOMES)

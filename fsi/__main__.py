@@ -1,5 +1,5 @@
 """`python -m fsi`."""
 
-from fsi.cli import main
+from fsi.command import main
 
 main()

@@ -7,14 +7,14 @@ import time as clock
 from itertools import pairwise
 from statistics import median
 
-from fsi.layout import build
-from fsi.log_size import log_size
-from fsi.pressure import sweeps_to
+from fsi.compute.team import available_threads
+from fsi.fluid.chebyshev import sweeps_to
+from fsi.fluid.rheology import decay_rate, varies, viscous_sweeps
+from fsi.fluid.timestep import TimeStep
+from fsi.particles.layout import build
 from fsi.protocols import BodySet, Solid
-from fsi.rheology import decay_rate, varies, viscous_sweeps
-from fsi.scene import Scene
-from fsi.threads import available_threads
-from fsi.timestep import TimeStep
+from fsi.record.log_size import log_size
+from fsi.scene.model import Scene
 
 # One thread of a server processor with AVX-512 (4 cycles for two multiply-adds of 512 bits), single-precision sweeps,
 # h = 1.5 dr, of a tank of still water: nanoseconds per particle for a step without pressure sweeps, for a pressure sweep, for
@@ -31,7 +31,7 @@ SERIAL = 5e-4  # of a step, on one thread [s]; twice that with bodies
 def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
     """Particles by kind (`fluid`, `wall`, `body`), `memory_bytes`, `time_step` [s], `steps` and `seconds` of wall time
     on all processors of this machine, the last three within a factor of about two, the size of the logs
-    (`fsi.log_size`), and the `notes` of the layout. Raises SceneError as `build`."""
+    (`fsi.record.log_size`), and the `notes` of the layout. Raises SceneError as `build`."""
     layout = build(scene, bodies, ground)
     fluid, boundary = len(layout.position), len(layout.owner)
     walls = int((layout.owner == 0).sum())
@@ -75,7 +75,7 @@ def measured(scene: Scene, steps: int, *, bodies=None, coupler=None, ground=None
     """Run the first `steps` steps of the scene without logging, and time them. Returns `measured_steps`, `threads`,
     `memory_bytes` of the particle arrays, `time_step` [s], the mean, and `seconds_per_step`, the median; the first step
     compiles and is left out. Raises RunError where a step fails."""
-    from fsi.simulation import Simulation
+    from fsi.simulation.loop import Simulation
 
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
     marks = []

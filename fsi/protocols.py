@@ -180,7 +180,7 @@ class Event:
 class Frame:
     """What a recorder sees at one instant; arrays are views, valid until the next step.
 
-    Scalars are named as in the run folder (`fsi.series`). Particles: position (n, dim), velocity (n, dim),
+    Scalars are named as in the run folder (`fsi.record.series`). Particles: position (n, dim), velocity (n, dim),
     pressure (n,), in no fixed order; `label` (n,) is the number of each at t = 0; `fields` further values (n,) by name;
     `drawn` the share of all particles that the frame holds.
     """

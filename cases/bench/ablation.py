@@ -8,7 +8,7 @@ from statistics import median
 
 from cases.bench.child import first_step
 from cases.bench.flume import Flume, bare, flap, visit_in_turns
-from fsi.scene import Scene
+from fsi.scene.model import Scene
 
 AGAIN = "plain, once more"  # what it differs by from the first row is the noise of the figures
 TWO = "plain, two threads"

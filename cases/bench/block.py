@@ -14,11 +14,11 @@ from statistics import median
 
 import numpy as np
 
+from fsi.compute.team import Team
 from fsi.errors import RunError
-from fsi.fluid import Fluid
-from fsi.layout import Layout
-from fsi.scene import Scene
-from fsi.threads import Team
+from fsi.fluid.fluid import Fluid
+from fsi.particles.layout import Layout
+from fsi.scene.model import Scene
 
 COURANT = 0.02  # largest speed * time step / spacing
 VISIT = 0.3  # seconds that a block is stepped for before it is the next one's turn
@@ -95,7 +95,7 @@ class Block:
             array[:] = kept
 
     def step(self) -> dict[str, float]:
-        """One step, in the order in which `fsi.simulation` calls its pieces; its seconds as in `samples`."""
+        """One step, in the order in which `fsi.simulation.loop` calls its pieces; its seconds as in `samples`."""
         fluid, still = self.fluid, np.zeros((1, 6))
         self.team.seconds.clear()
         wall, processor = time.perf_counter(), time.process_time()

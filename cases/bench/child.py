@@ -59,10 +59,10 @@ def _children() -> float:
 
 def main() -> None:
     """Make the first step of the scene on stdin and print the facts."""
-    from fsi.cli import bind
-    from fsi.record import open_recorders
-    from fsi.scene import Scene
-    from fsi.simulation import Simulation
+    from fsi.record.background import open_recorders
+    from fsi.runner import bind
+    from fsi.scene.model import Scene
+    from fsi.simulation.loop import Simulation
 
     scene = Scene.model_validate(json.load(sys.stdin))
     bodies, coupler, ground = bind(scene, scene.name)

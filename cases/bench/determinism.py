@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cases.bench.block import Block
-from fsi.scene_file import load_scene
-from fsi.simulation import Simulation
+from fsi.scene.file import load_scene
+from fsi.simulation.loop import Simulation
 
 
 def determinism(threads: int, steps: int, particles: int) -> list[dict]:

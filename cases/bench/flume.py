@@ -7,11 +7,11 @@ import time
 from pathlib import Path
 from statistics import median
 
-from fsi.cli import bind
-from fsi.record import open_recorders
-from fsi.scene import Scene
-from fsi.scene_file import load_scene
-from fsi.simulation import Simulation
+from fsi.record.background import open_recorders
+from fsi.runner import bind
+from fsi.scene.file import load_scene
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 QUIET = {"series": 0.0, "particles": 0.0, "mcap": False, "timeline": False}
 PLAIN = {"viscosity": "none", "artificial_viscosity": 0.0, "wall_guard": 0.0}

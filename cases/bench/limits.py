@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from fsi.compiled import helper, kernel
-from fsi.lanes import load, sqrt, store
+from fsi.compute.jit import compiled, helper
+from fsi.compute.lanes import load, sqrt, store
 
 TRIAD_BYTES = 24  # a number of a triad: two read and one written, in double precision (McCalpin 1995, STREAM)
 CHAINS = 12  # independent sums, enough to hide the latency of a multiply-add
@@ -29,7 +29,7 @@ def make_chains(lanes: int, root: bool, quotient: bool):
             return x / (v + y)
         return v * x + y
 
-    @kernel(lanes, root, quotient)
+    @compiled(lanes, root, quotient)
     def chains(a, n):
         x, y = load(a, 0, L), load(a, L, L)
         c0, c1, c2, c3 = load(a, 2 * L, L), load(a, 3 * L, L), load(a, 4 * L, L), load(a, 5 * L, L)
@@ -44,7 +44,7 @@ def make_chains(lanes: int, root: bool, quotient: bool):
     return chains
 
 
-@kernel()
+@compiled()
 def triad(a, b, c, n):
     """a = b + 3 c, n times."""
     for _ in range(n):

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsi.fluid import Fluid
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.fluid.fluid import Fluid
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 # Parts by the names of the fluid's attributes; what is not named here belongs to the boundary alone.
 PARTS = {

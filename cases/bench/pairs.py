@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from fsi.cells import CellSort
-from fsi.fluid import Fluid
-from fsi.neighbours import Neighbours, W
-from fsi.threads import Team
+from fsi.compute.team import Team
+from fsi.fluid.fluid import Fluid
+from fsi.particles.cells import CellSort
+from fsi.particles.neighbours import Neighbours, W
 
 
 @njit(nogil=True, cache=True)

@@ -1,6 +1,6 @@
 """How close each sweep comes to what the machine can do at most, and what binds it.
 
-Operations of a pair, counted from `fsi.terms` with D the dimension. Additions, multiplications, roots and quotients are one
+Operations of a pair, counted from `fsi.sph.terms` with D the dimension. Additions, multiplications, roots and quotients are one
 each; comparisons and constant factors that belong outside the loop are none. An entry of a list is processed for all
 lanes of its group, also where a pair is out of reach: `processed` counts all lanes, `useful` only pairs inside the support.
 """

@@ -22,9 +22,9 @@ from cases.bench.memory import memory
 from cases.bench.report import markdown, tables
 from cases.bench.targets import verdicts
 from cases.bench.unordered import cost_of_order
+from fsi.compute.team import available_threads
 from fsi.errors import SceneError
 from fsi.extras import require
-from fsi.threads import available_threads
 
 LANES = {"single": 8, "double": 4}  # of 256 bits; `limits` tries twice as many too
 PACKAGES = ("spindrift", "numba", "llvmlite", "numpy", "mujoco", "rerun-sdk")

@@ -18,12 +18,12 @@ from numba.extending import intrinsic
 
 from cases.bench.block import Block
 from cases.bench.pairs import neighbours
-from fsi.compiled import kernel as compiled
-from fsi.echo import Echo
-from fsi.lanes import at, claim, load, other, own, own_vector, zero
-from fsi.neighbours import W
-from fsi.sweeps import DIAGONAL, SOURCE, make_sweep, make_weight
-from fsi.threads import Team
+from fsi.compute.jit import compiled
+from fsi.compute.lanes import at, claim, load, other, own, own_vector, zero
+from fsi.compute.team import Team
+from fsi.fluid.response import LinearResponse
+from fsi.particles.neighbours import W
+from fsi.sph.predictor import DIAGONAL, SOURCE, make_sweep, make_weight
 
 FLAGS = ("reassoc", "nnan", "ninf", "nsz", "contract")
 
@@ -127,7 +127,11 @@ def cost_of_order(particles: int, rounds: int) -> list[dict]:
     field[:n, 3] = np.random.default_rng(1).uniform(0.5, 1.0, n)
     new, other_new, coefficients = field.copy(), field.copy(), np.ones((n, 4), np.float32)
     pull, ones = np.zeros(n, np.float32), np.repeat(np.float32([1, 0]), fluid.lanes)
-    none, sweep, scatter = Echo.none(3, np.float32), make_sweep(fluid.lanes, 3, False), make_scatter(fluid.lanes, 3)
+    none, sweep, scatter = (
+        LinearResponse.none(3, np.float32),
+        make_sweep(fluid.lanes, 3, False),
+        make_scatter(fluid.lanes, 3),
+    )
 
     def ordered() -> None:
         team.run(

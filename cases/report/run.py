@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from cases import response
-from cases.report import charts
+from cases.report import charts, wave_figures
 from cases.report.page import Page, Section
 from cases.report.scene_facts import scene_facts
 from cases.report.snapshot import snapshot_figure
 from fsi.errors import SceneError
 from fsi.progress import clock
-from fsi.run_folder import load_run, read_manifest
-from fsi.scene import Scene
-from fsi.scene_file import load_scene
+from fsi.record.run_folder import load_run, read_manifest
+from fsi.scene.file import load_scene
+from fsi.scene.model import Scene
 
 SERIES = (  # title, variables; one figure each where the run has them
     ("Joints", ("joint_position", "joint_velocity", "joint_force", "pto_power")),
@@ -72,8 +71,8 @@ def _figures(section: Section, data, scene: Scene) -> None:
     """Response, power and loads in settled waves; of a run without waves, or too short for them, over all of it."""
     start = None if scene.waves else 0.0
     try:
-        found = response.figures(data, scene, start=start)
-        seconds = response.measured_seconds(data, scene, start)
+        found = wave_figures.figures(data, scene, start=start)
+        seconds = wave_figures.measured_seconds(data, scene, start)
     except SceneError:
         section.text(
             "The run ends before the waves have settled at the body and gone through a whole period there: no response "
@@ -101,7 +100,7 @@ def _figures(section: Section, data, scene: Scene) -> None:
 
 def _whole(data, scene: Scene) -> list:
     try:
-        return response.figures(data, scene.model_copy(update={"waves": None}), start=0.0)
+        return wave_figures.figures(data, scene.model_copy(update={"waves": None}), start=0.0)
     except SceneError:
         return []
 
@@ -115,7 +114,7 @@ def _sensor_rows(data, seconds: float) -> list[list[str]]:
     for name in map(str, part.sensor.values):
         values, unit = np.abs(part.sel(sensor=name).values), part.attrs["units"]
         rows.append(["largest reading", name, f"{values.max():.4g}", unit])
-        rows.append(["reading exceeded 1 % of the time", name, f"{response.exceeded(values):.4g}", unit])
+        rows.append(["reading exceeded 1 % of the time", name, f"{wave_figures.exceeded(values):.4g}", unit])
     return rows
 
 
@@ -217,7 +216,7 @@ def _books(section: Section, data, facts: dict) -> None:
         ["particles lost", float(data["lost_particles"].values[-1]) if len(volume) else None, "1"],
     ]
     shown = [[name, f"{value:.4g}", unit] for name, value, unit in rows if value is not None]
-    section.table(["book", "value", "unit"], shown, caption="Books of the run")
+    section.table(["book", "value", "unit"], shown, caption="Balance of the run")
 
 
 def _cost(section: Section, facts: dict) -> None:

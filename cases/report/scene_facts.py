@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsi.scene import Scene
+from fsi.scene.model import Scene
 
 UNITS = {"wave_height": " m", "period": " s", "ramp": " s", "Hm0": " m", "peak_period": " s"}
 

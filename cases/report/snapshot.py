@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts
-from fsi.colours import colour_map
 from fsi.errors import SceneError
-from fsi.particle_fields import CATEGORIES, FIELDS
-from fsi.scene import Scene
-from fsi.snapshots import read_snapshots
+from fsi.record.colours import colour_map
+from fsi.record.fields import CATEGORIES, FIELDS
+from fsi.record.timeline_reader import read_snapshots
+from fsi.scene.model import Scene
 
 SLICE = 1.5  # half the thickness in spacings of the slice that is drawn of a three-dimensional run
 WIDE = 3.0  # length over height of a tank, above which its panels stand one over the other

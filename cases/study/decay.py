@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cases.response import Figure
+from cases.report.wave_figures import Figure
 from fsi.errors import SceneError
 from fsi.extras import require
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from cases.response import energy_period_ratio
+from cases.report.wave_figures import energy_period_ratio
 from cases.study import mjcf_edit
 from cases.study.plan import Study, Value
 from fsi.errors import SceneError
-from fsi.scene import Scene
-from fsi.scene_file import load_scene
-from fsi.toml_text import dumps
+from fsi.scene.file import load_scene
+from fsi.scene.model import Scene
+from fsi.scene.toml import dumps
 
 DEFAULTS = {"output.timeline": False}  # a study keeps the log of every run; timelines on request
 MJCF = re.compile(r"bodies\.(?P<body>[^.]+)\.mjcf\.(?P<attribute>.+)")

@@ -26,9 +26,9 @@ from cases.study.study_file import load_study
 from cases.study.watch import Watch
 from cases.study.worker import Job, Outcome, replace
 from fsi.errors import SceneError
-from fsi.scene import Scene
-from fsi.scene_file import resolved_toml
-from fsi.toml_text import dumps
+from fsi.scene.file import resolved_toml
+from fsi.scene.model import Scene
+from fsi.scene.toml import dumps
 
 
 def sweep(
@@ -175,7 +175,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 def _check(study: Study) -> None:
     """Raises SceneError where no point of the study can be a scene: a mistake in the study, not in a point."""
-    from fsi.cli import bind
+    from fsi.runner import bind
 
     faults = []
     with TemporaryDirectory() as scratch:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cases import response
-from cases.response import Figure
+from cases.report import wave_figures
+from cases.report.wave_figures import Figure
 from cases.study.decay import decay_figures
 from cases.study.plan import Measure
-from fsi.run_folder import load_run, read_manifest
-from fsi.scene import Scene
+from fsi.record.run_folder import load_run, read_manifest
+from fsi.scene.model import Scene
 
 
 def measured(folder: Path, scene: Scene, measure: Measure, routine: str | None = None) -> list[Figure]:
@@ -20,9 +20,9 @@ def measured(folder: Path, scene: Scene, measure: Measure, routine: str | None =
     cost = Figure("wall_seconds", float(facts["wall_seconds"]), "s", "wall time of the run")
     if routine == "free_decay":
         return [*decay_figures(data, measure.decay_joint, measure.start or 0.0), cost]
-    found = response.figures(data, scene, start=measure.start, device_width=measure.device_width)
+    found = wave_figures.figures(data, scene, start=measure.start, device_width=measure.device_width)
     lost = Figure("lost_particles", float(data.lost_particles[-1]), "1", "particles that left the tank")
     measured_for = Figure(
-        "measured_seconds", response.measured_seconds(data, scene, measure.start), "s", "measured time"
+        "measured_seconds", wave_figures.measured_seconds(data, scene, measure.start), "s", "measured time"
     )
     return [*found, measured_for, lost, cost]

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializeAsAny, model_validator
 
-from fsi.scene import FilePath, NonNegative, Number, Part, Positive, Scene
+from fsi.scene.model import FilePath, NonNegative, Number, Part, Positive, Scene
 
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Value = bool | int | float | str

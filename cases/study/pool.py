@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from cases.study.worker import Job, Outcome, execute, follow_parent, record_failure
+from fsi.compute.team import available_threads
 from fsi.errors import RunError, SceneError
 from fsi.extras import require
-from fsi.threads import available_threads
 
 CONNECT_WITHIN = 10.0  # [s]
 TRIES = 2  # of a run whose worker dies

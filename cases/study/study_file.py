@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from cases.study.plan import Study, resolve_path
 from fsi.errors import SceneError
-from fsi.scene import Scene
-from fsi.scene_faults import fault_lines
+from fsi.scene.faults import fault_lines
+from fsi.scene.model import Scene
 
 
 def load_study(source: str | Path | Study) -> Study:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from cases.study.plan import Measure
 from fsi.errors import RunError, SceneError
-from fsi.scene import Scene
+from fsi.scene.model import Scene
 
 KEPT = {"inputs"}  # of a run folder that is run again
 ROW = "figures.json"
@@ -114,7 +114,7 @@ def _run(job: Job) -> dict:
     for left in job.folder.iterdir():
         if left.name not in KEPT:
             shutil.rmtree(left) if left.is_dir() else left.unlink()
-    from fsi.cli import run
+    from fsi.runner import run
 
     try:
         run(job.scene, out=job.folder, threads=job.threads, quiet=True)

@@ -1,4 +1,4 @@
-"""Waves: linear theory, and the motion of the piston for each kind of `fsi.scene_waves`.
+"""Waves: linear theory, and the motion of the piston for each kind of `fsi.scene.waves`.
 
 A motion is a pure function of time, t -> (displacement [m], velocity [m/s], acceleration [m/s2]), positive towards the
 water and zero at t = 0, and tells by `reach` the least and the largest displacement [m]. A kind is imported on use.
@@ -38,7 +38,7 @@ def reach(waves, depth: float, g: float) -> tuple[float, float]:
     motion = piston(waves, depth, g)
     back, forth = motion.reach
     if waves.absorb:
-        from fsi.waves.absorber import room
+        from fsi.simulation.absorber import room
 
         return back - room(motion), forth + room(motion)
     return back, forth

@@ -6,7 +6,7 @@ import math
 import pytest
 from typer.testing import CliRunner
 
-from fsi.commands import app
+from fsi.command import app
 
 SECTIONS = {
     "machine", "limits", "speed", "phases", "ratios", "roofline", "flatness", "memory", "determinism", "order", "flap",

@@ -13,8 +13,8 @@ from cases.bench import child, flume, limits, memory, report, roofline, targets
 from cases.bench.block import PHASES, Block, measure
 from cases.bench.pairs import pair_counts
 from cases.bench.speed import phase_shares, ratios, speed
-from fsi import terms
 from fsi.errors import RunError
+from fsi.sph import terms
 
 
 @pytest.fixture(scope="module")

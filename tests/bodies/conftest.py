@@ -1,7 +1,7 @@
 import pytest
 
 from bodies import load
-from fsi.scene import BodyFile, Scene, Tank
+from fsi.scene.model import BodyFile, Scene, Tank
 
 BOX = '<body name="box"><freejoint/><geom name="hull" type="box" size="0.2 0.1 0.1" density="500"/></body>'
 

@@ -7,7 +7,7 @@ import trimesh
 import bodies
 from bodies import load, mesh_solid
 from fsi.errors import SceneError
-from fsi.scene import BodyFile, Scene, Tank
+from fsi.scene.model import BodyFile, Scene, Tank
 
 SLAB = '<body name="slab"><freejoint/><geom name="slab" type="box" size="0.2 0.1 {half}" density="500"/></body>'
 

@@ -10,7 +10,7 @@ import trimesh
 from bodies import load
 from bodies.mjcf import mesh_arrays
 from fsi.errors import RunError
-from fsi.scene import BodyFile, Scene, Tank
+from fsi.scene.model import BodyFile, Scene, Tank
 
 CHAIN = """
 <body name="lower" pos="0.1 0 0.2" euler="10 20 30"><joint name="yaw" type="hinge" axis="0.3 1 0.2"/>

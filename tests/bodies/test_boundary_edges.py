@@ -8,7 +8,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from bodies import mesh_solid
-from bodies.meshes import mesh, polygon, section
+from bodies.shapes.meshes import mesh, polygon, section
 
 S, LAYERS = 0.025, 3
 

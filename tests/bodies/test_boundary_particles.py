@@ -8,8 +8,8 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from bodies.meshes import mesh, polygon, section
-from bodies.shapes import Box, Capsule, Cylinder, Disc, Placed
+from bodies.shapes.meshes import mesh, polygon, section
+from bodies.shapes.primitives import Box, Capsule, Cylinder, Disc, Placed
 
 S, LAYERS = 0.02, 3
 DEEP = S * LAYERS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fsi.errors import RunError, SceneError
-from fsi.scene import BodyFile
+from fsi.scene.model import BodyFile
 
 HEAVE = """<body name="buoy"><joint name="heave" type="slide" axis="0 0 1" {joint}/>
   <geom name="buoy" type="box" size="0.1 0.1 0.1" density="1000"/></body>"""

@@ -6,9 +6,9 @@ import pytest
 from bodies import load
 from bodies.roundness import roundness
 from couplers import make
-from fsi.layout import FIRST_BODY
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.particles.layout import FIRST_BODY
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 BALL = '<geom type="sphere" size="0.2" pos="0.1 0 0.2" density="500"/>'
 KEEL = '<geom name="keel" type="box" size="0.01 0.01 0.01" pos="0.1 0 0" density="8000"/>'

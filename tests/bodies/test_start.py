@@ -3,7 +3,7 @@
 import numpy as np
 
 from bodies import load
-from fsi.scene_file import load_scene
+from fsi.scene.file import load_scene
 
 
 def test_the_wedge_starts_with_the_speed_of_its_keyframe():

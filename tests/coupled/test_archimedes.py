@@ -8,7 +8,7 @@ import pytest
 import fsi
 from bodies import load
 from couplers import make
-from fsi.simulation import Simulation
+from fsi.simulation.loop import Simulation
 
 BOX = """<mujoco><option timestep="0.01" integrator="implicitfast"/><worldbody>
   <body name="box" pos="0 0 {z}"><freejoint/>

@@ -9,8 +9,8 @@ import fsi
 from bodies import load
 from couplers import make
 from fsi.errors import RunError
-from fsi.simulation import Simulation
-from fsi.stability import Ringing
+from fsi.simulation.loop import Simulation
+from fsi.simulation.stability import Ringing
 
 MOVING = """<mujoco><option timestep="0.01"/><worldbody><body name="ball" pos="0 0 {z}"><joint type="slide" axis="1 0 0"/>
   <geom type="cylinder" size="0.1 0.5" euler="90 0 0" density="1000"/></body></worldbody>
@@ -133,7 +133,7 @@ def test_a_body_that_starts_moving_shares_its_momentum_with_the_water(tmp_path, 
 
     def note(sim):
         speed.append(sim.bodies.motion().velocity[0, 0])
-        energy.append(sim.books.kinetic + sim.books.potential + sim.bodies.energy())
+        energy.append(sim.balance.kinetic + sim.balance.potential + sim.bodies.energy())
 
     sim.run(until=0.1, on_step=note)
     assert max(energy[1:]) < energy[0]

@@ -8,10 +8,10 @@ import pytest
 import fsi
 from bodies import load
 from couplers import make
-from fsi.cli import bind
 from fsi.errors import SceneError
-from fsi.scene_file import load_scene
-from fsi.simulation import Simulation
+from fsi.runner import bind
+from fsi.scene.file import load_scene
+from fsi.simulation.loop import Simulation
 
 SPACING, G = 0.04, 9.81
 MODEL = """<mujoco><option timestep="0.01"/>
@@ -47,7 +47,7 @@ def start(scene):
 @pytest.mark.parametrize("layers", [0, 1, 2, 3])
 def test_the_gap_carries_the_pressure(block, layers):
     sim, lift = start(block(layers)), []
-    sim.run(until=0.3, on_step=lambda sim: lift.append(sim.books.wrench[-1, 2]))
+    sim.run(until=0.3, on_step=lambda sim: lift.append(sim.balance.wrench[-1, 2]))
     mean = np.mean(lift[len(lift) // 2 :])
     lift_of_block, load_on_top = 1000 * G * 0.24 * 0.16, 1000 * G * 0.24 * 0.2
     if layers == 3:

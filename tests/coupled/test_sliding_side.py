@@ -7,15 +7,15 @@ import pytest
 
 from cases.validation.coupling import models
 from cases.validation.coupling.forced_heave import harmonic
-from fsi.cli import bind
-from fsi.layout import FIRST_BODY
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.particles.layout import FIRST_BODY
+from fsi.runner import bind
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 RADIUS, DRAFT, DEPTH, HALF = 0.2, 0.8, 2.0, 3.0  # m
 OMEGA, HEAVE = 7.0, 0.03  # 1/s, m
 PERIOD = 2 * math.pi / OMEGA
-THEORY = 92.4  # kg/m, added mass by `cases.validation.coupling.panels.Section(0.4, 0.8, 2.0, 0.2)`
+THEORY = 92.4  # kg/m, added mass by `cases.validation.theory.panels.Section(0.4, 0.8, 2.0, 0.2)`
 
 
 def simulation(tmp_path, text, motion, spacing, duration, depth=DEPTH, half=HALF):
@@ -64,7 +64,7 @@ def test_a_plate_that_is_accelerated_along_itself_leaves_the_pressure_of_its_sid
     sim = simulation(tmp_path, text, motion, dr, 0.4, depth=1.0, half=1.2)
     sim.run()
     motion = sim.bodies.motion()
-    shore, axis = sim.fluid.shore, motion.rotation[0][:, 2]
+    shore, axis = sim.fluid.solids, motion.rotation[0][:, 2]
     units = np.zeros((1, sim.fluid.owners, 6))
     units[0, FIRST_BODY, :3] = axis
     lift = shore.lift_of(units)[:, 0] / np.maximum(shore.weights[:, 0], 1e-9)[: shore.count]

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fsi.cli import bind
-from fsi.scene_file import load_scene
-from fsi.simulation import Simulation
+from fsi.runner import bind
+from fsi.scene.file import load_scene
+from fsi.simulation.loop import Simulation
 
 
 def test_a_box_sinks_slowly_into_tar():

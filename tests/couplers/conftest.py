@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bodies import load
-from fsi.scene import BodyFile, Scene, Tank
+from fsi.scene.model import BodyFile, Scene, Tank
 
 
 class LinearFluid:

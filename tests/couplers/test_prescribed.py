@@ -5,7 +5,7 @@ import pytest
 
 from couplers import AddedMass, Prescribed, make
 from fsi.errors import SceneError
-from fsi.scene import CouplerSettings, MotionTable, Oscillation
+from fsi.scene.model import CouplerSettings, MotionTable, Oscillation
 
 FLAP = """<body name="flap"><joint name="hinge" axis="0 1 0" pos="0 0 -0.5"/>
 <geom name="flap" type="box" size="0.1 0.2 0.5"/></body>"""

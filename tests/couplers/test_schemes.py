@@ -5,7 +5,7 @@ import pytest
 
 from couplers import AddedMass, FixedPoint, Lagged, make
 from couplers.quasi_newton import QuasiNewton
-from fsi.scene import CouplerSettings
+from fsi.scene.model import CouplerSettings
 
 BALL = '<body name="ball"><freejoint/><geom name="ball" size="0.3" density="500"/></body>'
 PAIR = """<body name="fore" pos="-0.5 0 0"><freejoint/><geom name="fore" type="box" size="0.4 0.2 0.1" density="300"/>

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fsi.commands import app
+from fsi.command import app
 
 pytest.importorskip("rerun")
 DOCS = Path(__file__).parents[2] / "docs"
@@ -45,7 +45,7 @@ class Followed:
 def follow(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     opened = []
-    monkeypatch.setattr("fsi.commands.open_window", lambda recording: opened.append(recording) or 0)
+    monkeypatch.setattr("fsi.command.open_window", lambda recording: opened.append(recording) or 0)
 
     def follow(name: str) -> Followed:
         page = Followed(name, tmp_path)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from fsi import kernel
-from fsi.fluid import Fluid
-from fsi.layout import Layout
-from fsi.scene import Scene
-from fsi.threads import Team
+from fsi.compute.team import Team
+from fsi.fluid.fluid import Fluid
+from fsi.particles.layout import Layout
+from fsi.scene.model import Scene
+from fsi.sph import kernel
 
 
 def still_tank(dimension=2, spacing=0.02, depth=0.5, length=1.0, **parts) -> Scene:
@@ -58,8 +58,8 @@ def random_fluid(
 
 def pairs(fluid):
     """x_ij (n, n + b, dim), r2, F and W of every fluid particle with every fluid and boundary particle, in float64."""
-    b = fluid.shore.count
-    everything = np.concatenate([fluid.position, fluid.shore.position[:b]])
+    b = fluid.solids.count
+    everything = np.concatenate([fluid.position, fluid.solids.position[:b]])
     x = fluid.position[:, None] - everything[None]
     r2 = (x**2).sum(-1)
     h, dim = fluid.scene.smoothing_length, fluid.dim

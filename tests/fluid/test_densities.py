@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from tanks import pairs, random_fluid
 
-from fsi.fluid import Fluid
-from fsi.layout import Layout
-from fsi.scene import Scene
-from fsi.simulation import Simulation
-from fsi.sweeps import DIAGONAL, SOURCE
-from fsi.threads import Team
+from fsi.compute.team import Team
+from fsi.fluid.fluid import Fluid
+from fsi.particles.layout import Layout
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
+from fsi.sph.predictor import DIAGONAL, SOURCE
 
 REST = np.zeros((2, 6))
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
@@ -40,15 +40,15 @@ def test_pressure_equation_and_gradient_match_all_pairs(dim, precision, toleranc
     x, r2, F, _ = pairs(fluid)
     n, h, volume, r = fluid.count, fluid.scene.smoothing_length, 0.1**dim, fluid.relative
     assert set(np.round(r, 9)) == {1.0, 7.0}
-    both = np.hstack([np.tile(r, (n, 1)), np.tile(r[:, None], fluid.shore.count)])  # a wall's is its partner's
+    both = np.hstack([np.tile(r, (n, 1)), np.tile(r[:, None], fluid.solids.count)])  # a wall's is its partner's
     link = 2 / (r[:, None] + both)
     a = 2 / 1000 * volume * F * r2 / (r2 + (0.1 * h) ** 2) * link
     inside = (F * r2).sum(1) * volume / dim > 0.9
     diagonal = fluid._coefficients[:n, DIAGONAL].astype(float)
     assert np.abs(diagonal - a.sum(1))[inside].max() <= 10 * tolerance * diagonal.max()
-    trial = fluid._trial[: n + fluid.shore.count, dim].astype(float)
+    trial = fluid._trial[: n + fluid.solids.count, dim].astype(float)
     expected = (a @ trial - fluid._coefficients[:n, SOURCE]) / diagonal
-    p = fluid._field[: n + fluid.shore.count, dim].astype(float)
+    p = fluid._field[: n + fluid.solids.count, dim].astype(float)
     assert np.abs(p[:n] - expected).max() <= 20 * tolerance * np.abs(p).max()
     before = fluid.velocity.copy()
     between = (both * p[:n, None] + r[:, None] * p[None]) * link / r[:, None]
@@ -143,4 +143,4 @@ def test_layers_at_rest_keep_their_pressure_and_do_not_mix():
     deep = z < -0.04
     assert np.sqrt(((sim.fluid.pressure_values - exact)[deep] ** 2).mean()) < 0.02 * exact.max()
     assert z[heavy].max() < -0.2 and z[~heavy].min() > -0.2
-    assert sim.books.audit()["momentum_residual"] < 1e-5
+    assert sim.balance.audit()["momentum_residual"] < 1e-5

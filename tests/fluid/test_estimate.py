@@ -4,10 +4,10 @@ import time
 
 import pytest
 
+from fsi.compute.team import available_threads
 from fsi.estimate import estimate
-from fsi.scene import Scene
-from fsi.simulation import Simulation
-from fsi.threads import available_threads
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 TERMS = {
     "plain": {},

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tanks import still_tank
 
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_collapsing_columns_of_all_sizes_and_densities_are_similar():
         sim = column(spacing, density, 0.0)
         sim.run(1.5 * np.sqrt(8 * spacing / 9.81))
         fronts.append(sim.fluid.position[:, 0].max() / (8 * spacing))
-        assert sim.fluid.lost == 0 and sim.books.kinetic + sim.books.potential < 1.001 * sim.books.energy_at_start
+        assert sim.fluid.lost == 0 and sim.balance.kinetic + sim.balance.potential < 1.001 * sim.balance.energy_at_start
     assert np.ptp(fronts) < 0.05 and 1.5 < np.mean(fronts) < 3.5
 
 
@@ -70,10 +70,10 @@ def test_a_column_of_tar_creeps_in_implicit_steps():
     """1e3 Pa s: it sags by mg / viscosity, far slower than it would fall, and never springs."""
     sim = column(0.02, 1000, 1.0)
     speed = []
-    sim.run(on_step=lambda sim: speed.append(sim.books.max_speed))
+    sim.run(on_step=lambda sim: speed.append(sim.balance.max_speed))
     assert sim.fluid.rheology.implicit
     assert 0 < max(speed) < 0.2 * np.sqrt(9.81 * 0.32) and sim.fluid.lost == 0
-    assert sim.books.kinetic + sim.books.potential < sim.books.energy_at_start
+    assert sim.balance.kinetic + sim.balance.potential < sim.balance.energy_at_start
 
 
 def test_nothing_moves_without_gravity():
@@ -94,6 +94,6 @@ def test_steps_far_below_those_of_sound_do_not_feed_a_collapse(step):
         "numerics": {"fixed_time_step": step},
     }
     sim, energy = Simulation(Scene.model_validate(scene), threads=1), []
-    sim.run(on_step=lambda sim: energy.append(sim.books.kinetic + sim.books.potential))
+    sim.run(on_step=lambda sim: energy.append(sim.balance.kinetic + sim.balance.potential))
     rise = np.array(energy) - np.minimum.accumulate(energy)
     assert rise.max() < 0.05 * energy[0] and sim.fluid.lost == 0

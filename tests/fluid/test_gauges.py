@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsi.gauges import elevation, pressure_at
+from fsi.fluid.gauges import elevation, pressure_at
 
 DR = 0.05
 

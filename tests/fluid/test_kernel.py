@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fsi import kernel
+from fsi.sph import kernel
 
 H = 0.3
 

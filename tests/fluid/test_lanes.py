@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from fsi.lanes import (
+from fsi.compute.lanes import (
     append,
     bits_below,
     component,

@@ -5,8 +5,8 @@ import pytest
 from tanks import still_tank
 
 from fsi.errors import SceneError
-from fsi.layout import PISTON, WALL, build
-from fsi.timestep import TimeStep, to_reach
+from fsi.fluid.timestep import TimeStep, to_reach
+from fsi.particles.layout import PISTON, WALL, build
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from tanks import random_fluid
 
-from fsi.cells import CellSort, Grid
-from fsi.threads import Team
+from fsi.compute.team import Team
+from fsi.particles.cells import CellSort, Grid
 
 
 def lists(near):
@@ -25,8 +25,8 @@ def lists(near):
 def test_every_pair_is_found_once(dim, count, precision):
     fluid = random_fluid(dim, precision, count, boundary=True)
     n, support = fluid.count, 2 * fluid.scene.smoothing_length
-    points = np.concatenate([fluid.position, fluid.shore.position[: fluid.shore.count]])
-    for near, first, kinds in ((fluid._near, 0, 2), (fluid.shore.near, n, 1)):
+    points = np.concatenate([fluid.position, fluid.solids.position[: fluid.solids.count]])
+    for near, first, kinds in ((fluid._near, 0, 2), (fluid.solids.near, n, 1)):
         seen = []
         for s, e, wet, solid in lists(near):
             assert (wet < n).all() and (solid >= n).all()
@@ -36,7 +36,7 @@ def test_every_pair_is_found_once(dim, count, precision):
                 close = np.flatnonzero(((points - points[i]) ** 2).sum(1) < support**2)
                 assert set(close if kinds == 2 else close[close < n]) <= set(found)
             seen.extend(range(s, e))
-        assert seen == list(range(first, first + (n if first == 0 else fluid.shore.count)))
+        assert seen == list(range(first, first + (n if first == 0 else fluid.solids.count)))
 
 
 def test_particles_outside_or_without_a_position_sort_last():
@@ -58,11 +58,11 @@ def test_order_does_not_depend_on_threads(threads):
 def test_walls_that_were_dry_get_their_lists_when_water_comes():
     """A chunk that needed no room in the last step, and more than the slack in this one."""
     fluid = random_fluid(3, "single", 18, boundary=True)
-    before = [np.concatenate(group[2:]) for group in lists(fluid.shore.near)]
-    for near in (fluid._near, fluid.shore.near):
+    before = [np.concatenate(group[2:]) for group in lists(fluid.solids.near)]
+    for near in (fluid._near, fluid.solids.near):
         near._need[:] = 0.0
     fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
-    after = [np.concatenate(group[2:]) for group in lists(fluid.shore.near)]
+    after = [np.concatenate(group[2:]) for group in lists(fluid.solids.near)]
     assert sum(map(len, after)) > 4096
     assert all((a == b).all() for a, b in zip(before, after, strict=True))
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tanks import pairs, random_fluid
 
-from fsi import kernel
-from fsi.sweeps import DEFICIT, DIAGONAL
+from fsi.sph import kernel
+from fsi.sph.predictor import DEFICIT, DIAGONAL
 
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
 REST = np.zeros((2, 6))
@@ -28,7 +28,7 @@ def test_predictor_matches_all_pairs(dim, precision, tolerance):
     lattice = kernel.lattice(0.1, h, dim)
     shepard = W[:, n:].sum(0)
     carried = (W[:, n:, None] * before[:, None]).sum(0) / np.maximum(shepard, 1e-300)[:, None]
-    wall = fluid.shore.velocity[: fluid.shore.count]
+    wall = fluid.solids.velocity[: fluid.solids.count]
     wall = np.where(shepard[:, None] > 0, 2 * wall - carried, wall)  # no slip: the wall's velocity half way
     u = before[:, None] - np.concatenate([before, wall])
     expected = -2 * nu * volume / lattice.second_moment * (a[..., None] * u).sum(1)
@@ -52,7 +52,7 @@ def test_corrector_applies_the_symmetric_gradient(dim, precision, tolerance):
     fluid.pressure(REST)
     before = fluid.velocity.copy()
     x, _, F, _ = pairs(fluid)
-    p = fluid._field[: fluid.count + fluid.shore.count, dim].astype(float)
+    p = fluid._field[: fluid.count + fluid.solids.count, dim].astype(float)
     total = p[: fluid.count, None] + p[None]
     expected = 0.1**dim / 1000 * ((total * F)[..., None] * x).sum(1)
     fluid.correct()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fsi.pressure import HIGHEST, SPAN, chebyshev, iteration
-from fsi.scene import Numerics
+from fsi.fluid.chebyshev import HIGHEST, SPAN, chebyshev, iteration
+from fsi.scene.model import Numerics
 
 
 def error_left(weights, eigenvalue):

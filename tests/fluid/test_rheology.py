@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from tanks import pairs, random_fluid, still_tank
 
-from fsi import kernel, timestep
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.fluid import timestep
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
+from fsi.sph import kernel
 
 PLASTIC = {"mu_inf": 1.0, "mu_0": 1000.0, "yield_stress": 20.0}
 REST = np.zeros((2, 6))
@@ -92,7 +93,7 @@ def test_implicit_viscosity_solves_its_equation(boundary):
     if boundary:
         shepard = W[:, n:] / np.maximum(W[:, n:].sum(0), 1e-300)
         A = A - a[:, n:] @ shepard.T
-        right = start + dt * 2 * a[:, n:] @ fluid.shore.velocity[: fluid.shore.count]
+        right = start + dt * 2 * a[:, n:] @ fluid.solids.velocity[: fluid.solids.count]
     exact = np.linalg.solve(np.eye(n) - dt * A, right)
     stiffness = dt * np.abs(A).sum(1).max()
     assert stiffness > 10

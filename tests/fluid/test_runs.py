@@ -5,8 +5,8 @@ import pytest
 from tanks import still_tank
 
 from fsi.errors import RunError
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 
 def hydrostatic_error(sim) -> float:
@@ -66,9 +66,9 @@ def dam_break(**numerics) -> Simulation:
 def test_dam_break_never_gains_energy_and_loses_no_particle():
     sim = dam_break()
     energy = []
-    sim.run(on_step=lambda sim: energy.append(sim.books.kinetic + sim.books.potential))
-    assert max(np.diff(energy)) < 1e-3 * sim.books.energy_at_start
-    assert max(energy) < 1.001 * sim.books.energy_at_start
+    sim.run(on_step=lambda sim: energy.append(sim.balance.kinetic + sim.balance.potential))
+    assert max(np.diff(energy)) < 1e-3 * sim.balance.energy_at_start
+    assert max(energy) < 1.001 * sim.balance.energy_at_start
     assert sim.fluid.lost == 0
     assert (sim.fluid.position > 0).all() and (sim.fluid.position < 2).all()
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from tanks import still_tank
 
-from fsi.fluid import Fluid
-from fsi.layout import Layout
-from fsi.sweeps import SUPPORT
-from fsi.threads import Team
-from fsi.wall_guard import REACH, level
+from fsi.compute.team import Team
+from fsi.fluid.fluid import Fluid
+from fsi.particles.layout import Layout
+from fsi.sph.predictor import SUPPORT
+from fsi.sph.wall_guard import REACH, level
 
 DR, STEP = 0.1, 1e-3
 

@@ -4,15 +4,15 @@ from types import ModuleType
 import pytest
 import stand_in
 
-from fsi.scene import Gauge, Probe, Scene, Tank
+from fsi.scene.model import Gauge, Probe, Scene, Tank
 
 
 @pytest.fixture
 def solver(monkeypatch):
-    """The stand-in in the place of `fsi.simulation`; its class, to be altered."""
-    module = ModuleType("fsi.simulation")
+    """The stand-in in the place of `fsi.simulation.loop`; its class, to be altered."""
+    module = ModuleType("fsi.simulation.loop")
     module.Simulation = type("Simulation", (stand_in.Simulation,), {})
-    monkeypatch.setitem(sys.modules, "fsi.simulation", module)
+    monkeypatch.setitem(sys.modules, "fsi.simulation.loop", module)
     return module.Simulation
 
 

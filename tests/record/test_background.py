@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from stand_in import event, frame
 
-from fsi import record
 from fsi.errors import RunError
-from fsi.record import QUEUE_LENGTH, Background
+from fsi.record import background
+from fsi.record.background import QUEUE_LENGTH, Background
 
 
 class Memory:
@@ -56,7 +56,7 @@ def test_frames_are_copies_in_order(scene):
 
 
 def test_run_waits_for_a_slow_writer(scene, monkeypatch):
-    monkeypatch.setattr(record, "BATCH", 1)
+    monkeypatch.setattr(background, "BATCH", 1)
     memory = Memory()
     recorder = Background([memory])
     recorder.begin(scene, None)

@@ -12,9 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 import fsi
-from fsi.commands import app
+from fsi.command import app
 from fsi.errors import RunError, SceneError
-from fsi.scene_file import load_scene, resolved_toml
+from fsi.scene.file import load_scene, resolved_toml
 
 
 @pytest.fixture
@@ -164,7 +164,7 @@ SLIM = """
 import sys
 sys.path.insert(0, {folder!r})
 import stand_in
-sys.modules["fsi.simulation"] = stand_in
+sys.modules["fsi.simulation.loop"] = stand_in
 import fsi
 fsi.run({scene!r}, out={out!r}, quiet=True)
 heavy = {{"mujoco", "trimesh", "rerun", "typer", "rich", "xarray", "matplotlib", "bodies", "couplers", "cases", "mcap"}}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fsi.events import Beginnings, Impacts, StepCuts
 from fsi.protocols import Moment
+from fsi.simulation.events import Beginnings, Impacts, StepCuts
 
 DT, PERIOD, WEIGHT = 0.002, 0.05, 100.0
 

@@ -5,10 +5,10 @@ import pytest
 
 import fsi
 from fsi.errors import SceneError
-from fsi.particle_fields import CATEGORIES
-from fsi.scene_file import load_scene
-from fsi.simulation import Simulation
-from fsi.snapshots import read_snapshots
+from fsi.record.fields import CATEGORIES
+from fsi.record.timeline_reader import read_snapshots
+from fsi.scene.file import load_scene
+from fsi.simulation.loop import Simulation
 
 LAYERS = {
     "name": "layers",

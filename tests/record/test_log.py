@@ -12,12 +12,12 @@ from stand_in import event, frame
 
 from fsi import load_run
 from fsi.errors import RunError, SceneError
-from fsi.log_reader import read_log
-from fsi.record import Background, open_recorders
-from fsi.record_mcap import POSES, McapRecorder
-from fsi.run_folder import RunFolder, export
-from fsi.scene_file import load_scene
-from fsi.series import SERIES
+from fsi.record.background import Background, open_recorders
+from fsi.record.mcap import POSES, McapRecorder
+from fsi.record.mcap_reader import read_log
+from fsi.record.run_folder import RunFolder, export
+from fsi.record.series import SERIES
+from fsi.scene.file import load_scene
 
 STEPS = 300
 
@@ -153,7 +153,7 @@ def test_what_is_no_run(tmp_path):
 
 
 def test_missing_package_is_named_with_its_install_command(scene, tmp_path, monkeypatch):
-    monkeypatch.delitem(sys.modules, "fsi.record_timeline", raising=False)
+    monkeypatch.delitem(sys.modules, "fsi.record.timeline", raising=False)
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(SceneError) as caught:
         open_recorders(load_scene(scene, ["output.timeline=true"]), tmp_path)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fsi
-from fsi.log_size import log_size
-from fsi.particle_fields import drawn, fraction, raster, thinned
 from fsi.protocols import Frame
-from fsi.scene_file import load_scene
+from fsi.record.fields import drawn, fraction, raster, thinned
+from fsi.record.log_size import log_size
+from fsi.scene.file import load_scene
 
 pytest.importorskip("rerun")
 

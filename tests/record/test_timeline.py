@@ -8,9 +8,9 @@ from stand_in import event, frame
 
 rerun = pytest.importorskip("rerun")
 
-from fsi.colours import colour_map, packed  # noqa: E402
-from fsi.particle_fields import FIELDS, levels  # noqa: E402
-from fsi.record_timeline import TimelineRecorder  # noqa: E402
+from fsi.record.colours import colour_map, packed  # noqa: E402
+from fsi.record.fields import FIELDS, levels  # noqa: E402
+from fsi.record.timeline import TimelineRecorder  # noqa: E402
 
 
 @pytest.fixture

@@ -15,13 +15,13 @@ from browser import CHROMIUM, Browser
 from stand_in import event, frame
 
 import fsi
-from fsi.colours import colour_map
 from fsi.errors import SceneError
-from fsi.record import open_recorders
+from fsi.record.background import open_recorders
+from fsi.record.colours import colour_map
 
 pytest.importorskip("rerun")
-from fsi.record_timeline import GAUGE, TimelineRecorder
-from fsi.viewer import WebViewer
+from fsi.record.timeline import GAUGE, TimelineRecorder
+from fsi.record.viewer import WebViewer
 
 needs_browser = pytest.mark.skipif(not CHROMIUM, reason="no Chromium")
 

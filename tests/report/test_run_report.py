@@ -8,13 +8,13 @@ import pytest
 
 import fsi
 from cases.report.run import report
-from cases.response import wave_power
+from cases.report.wave_figures import wave_power
 from fsi.errors import SceneError
 from fsi.protocols import Event, Frame, Moment
-from fsi.record_mcap import McapRecorder
-from fsi.run_folder import RunFolder
-from fsi.scene_file import load_scene
-from fsi.snapshots import read_snapshots
+from fsi.record.mcap import McapRecorder
+from fsi.record.run_folder import RunFolder
+from fsi.record.timeline_reader import read_snapshots
+from fsi.scene.file import load_scene
 
 AMPLITUDE, PHASE, DAMPING, END, DT = 0.2, 0.5, 20.0, 40.0, 0.02
 

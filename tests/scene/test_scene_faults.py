@@ -3,11 +3,11 @@
 import pytest
 
 from fsi.errors import SceneError
-from fsi.scene import Scene, Tank
-from fsi.scene_check import scene_warnings
-from fsi.scene_file import load_scene
-from fsi.toml_text import dumps
-from fsi.wave_check import wave_summary
+from fsi.scene.check import scene_warnings
+from fsi.scene.check_waves import wave_summary
+from fsi.scene.file import load_scene
+from fsi.scene.model import Scene, Tank
+from fsi.scene.toml import dumps
 
 FAULTS = {
     "unknown key": (

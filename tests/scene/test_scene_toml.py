@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from fsi.errors import SceneError
-from fsi.scene import Numerics
-from fsi.scene_file import builtin_scenes, load_scene, resolved_toml, scene_levels
-from fsi.toml_text import dumps
+from fsi.scene.file import builtin_scenes, load_scene, resolved_toml, scene_levels
+from fsi.scene.model import Numerics
+from fsi.scene.toml import dumps
 
 MODEL = "<mujoco><worldbody/></mujoco>"
 

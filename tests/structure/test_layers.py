@@ -14,7 +14,7 @@ FORBIDDEN = {
     "couplers": {"bodies", "cases"},
     "cases": set(),
 }
-SHELL = {"fsi/cli.py", "fsi/commands.py", "fsi/__main__.py"}  # binds everything, lazily
+SHELL = {"fsi/runner.py", "fsi/command.py", "fsi/__main__.py"}  # binds everything, lazily
 ONE_MODULE = {"mcap": 2, "rerun": 1, "mujoco": 99, "trimesh": 99}  # modules of fsi that may import it; 99: none
 
 
@@ -63,8 +63,8 @@ def test_heavy_packages_are_imported_in_few_modules():
 BARE = """
 import sys
 import fsi
-from fsi import boundary, corrector, sweeps
-from fsi.simulation import Simulation
+from fsi.sph import corrector, predictor, pressure, walls
+from fsi.simulation.loop import Simulation
 
 scene = fsi.Scene(
     spacing=0.05, duration=0.05, tank={"min": (0, -0.5), "max": (1, 0.5)},
@@ -75,22 +75,22 @@ sim = Simulation(scene, threads=1)
 sim.run()
 heavy = {"mujoco", "trimesh", "rerun", "mcap", "google", "typer", "rich", "xarray", "matplotlib", "pandas"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
-assert not {"bodies", "couplers", "cases", "fsi.glue"} & set(sys.modules)
+assert not {"bodies", "couplers", "cases", "fsi.simulation.glue"} & set(sys.modules)
 unused = {f"fsi.waves.{name}" for name in ("irregular", "solitary", "packet", "absorber", "surface")}
 assert not unused & set(sys.modules), unused & set(sys.modules)
 
 fluid = sim.fluid
-used = {fluid._predictor, fluid._source, fluid._corrector, fluid.shore.weigher, sweeps.make_sweep(fluid.lanes, 2, False, 0),
-        boundary.make_extrapolation(fluid.lanes, 2, 0)}
+used = {fluid._predictor, fluid._source, fluid._corrector, fluid.solids.weigher,
+        pressure.make_sweep(fluid.lanes, 2, False, 0), walls.make_extrapolation(fluid.lanes, 2, 0)}
 assert all(len(kernel.signatures) == 1 for kernel in used)
-assert fluid._predictor is sweeps.make_predictor(fluid.lanes, 2, "none", False, False, False, True)  # no viscosity, no shift
+assert fluid._predictor is predictor.make_predictor(fluid.lanes, 2, "none", False, False, False, True)  # no viscosity, no shift
 assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False, False)  # nor densities
-assert fluid.shore.weigher is boundary.make_weights(fluid.lanes, 2, False, False)
-for factory, made in ((sweeps.make_predictor, 1), (corrector.make_corrector, 1), (sweeps.make_sweep, 1),
-                      (sweeps.make_onset, 0), (boundary.make_weights, 1), (boundary.make_extrapolation, 1),
-                      (boundary.make_force, 0), (boundary.make_drag, 0)):
+assert fluid.solids.weigher is walls.make_weights(fluid.lanes, 2, False, False)
+for factory, made in ((predictor.make_predictor, 1), (corrector.make_corrector, 1), (pressure.make_sweep, 1),
+                      (pressure.make_onset, 0), (walls.make_weights, 1), (walls.make_extrapolation, 1),
+                      (walls.make_force, 0), (walls.make_drag, 0)):
     assert factory.cache_info().currsize == made, factory
-assert fluid._echoes == [] and fluid.rheology is None and fluid._relative is None
+assert fluid._responses == [] and fluid.rheology is None and fluid._relative is None
 """
 
 

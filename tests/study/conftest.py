@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from fsi.scene_file import load_scene
+from fsi.scene.file import load_scene
 
 TANK = """
 spacing = 0.1

@@ -7,7 +7,7 @@ import pytest
 import xarray
 from scipy.integrate import solve_ivp
 
-from cases import response
+from cases.report import wave_figures
 from cases.study.decay import identify
 from cases.study.extremes import gumbel_fit, largest_of
 from cases.study.routines import annual_energy, peak, power_matrix
@@ -51,7 +51,7 @@ def test_free_decay_under_noise_and_of_too_short_a_series():
 def test_harmonic_is_exact_over_any_window():
     t = np.linspace(0.3, 4.1, 200)
     x = 0.7 + 2.0 * np.cos(3.0 * t + 0.4)
-    found = response.harmonic(t, x, 3.0)
+    found = wave_figures.harmonic(t, x, 3.0)
     assert abs(found) == pytest.approx(2.0) and np.angle(found) == pytest.approx(0.4)
 
 
@@ -59,7 +59,7 @@ def test_confidence_interval_holds_the_mean_in_95_of_100_cases():
     rng = np.random.default_rng(0)
     hits = 0
     for _ in range(2000):
-        mean, error = response.mean_and_error(rng.normal(1.0, 1.0, 80), 8)
+        mean, error = wave_figures.mean_and_error(rng.normal(1.0, 1.0, 80), 8)
         hits += abs(mean - 1.0) <= error
     assert hits / 2000 == pytest.approx(0.95, abs=0.015)
 
@@ -67,9 +67,9 @@ def test_confidence_interval_holds_the_mean_in_95_of_100_cases():
 def test_wave_power_in_deep_and_shallow_water():
     rho, g, height = 1000.0, 9.81, 2.0
     deep = rho * g**2 * height**2 * 8.0 / (32 * math.pi)
-    assert response.wave_power(height, 8.0, 500.0, rho, g) == pytest.approx(deep, rel=1e-6)
+    assert wave_figures.wave_power(height, 8.0, 500.0, rho, g) == pytest.approx(deep, rel=1e-6)
     shallow = rho * g * height**2 / 8 * math.sqrt(g * 1.0)
-    assert response.wave_power(height, 200.0, 1.0, rho, g) == pytest.approx(shallow, rel=1e-3)
+    assert wave_figures.wave_power(height, 200.0, 1.0, rho, g) == pytest.approx(shallow, rel=1e-3)
 
 
 def flap_run(scene, motion=0.3, lead=0.5, power=12.0):
@@ -99,17 +99,17 @@ def flap_run(scene, motion=0.3, lead=0.5, power=12.0):
 
 
 def test_figures_of_a_run_in_regular_waves(flap_scene):
-    found = {f.key: f for f in response.figures(flap_run(flap_scene), flap_scene, start=6.0)}
+    found = {f.key: f for f in wave_figures.figures(flap_run(flap_scene), flap_scene, start=6.0)}
     assert found["rao.hinge"].value == pytest.approx(0.3 / 0.07) and found["rao.hinge"].units == "rad/m"
     assert found["rao_phase.hinge"].value == pytest.approx(0.5)
     assert found["mean_power"].value == pytest.approx(12.0, rel=5e-3)
-    flux = response.wave_power(0.14, 1.5, 0.7, 1000.0, 9.81)
+    flux = wave_figures.wave_power(0.14, 1.5, 0.7, 1000.0, 9.81)
     assert found["capture_width_ratio"].value == pytest.approx(12.0 / flux, rel=5e-3)
     assert found["force_max.flap"].value == pytest.approx(100.0, rel=1e-3)
     assert found["gauge_height.front"].value == pytest.approx(0.14, rel=1e-6)
     assert found["joint_force_max.hinge"].units == "N m"
     with pytest.raises(SceneError, match=r"duration: the run ends at .* make the run longer"):
-        response.figures(flap_run(flap_scene), flap_scene, start=11.0)
+        wave_figures.figures(flap_run(flap_scene), flap_scene, start=11.0)
 
 
 def test_peak_is_exact_for_a_parabola_over_the_logarithm():
@@ -153,6 +153,6 @@ def test_power_of_an_irregular_sea_in_deep_water(flap_scene):
     scene = flap_scene.model_validate(
         flap_scene.model_dump() | {"waves": sea, "tank": {"min": [0, -5], "max": [5, 0.4]}}
     )
-    energy_period = 0.9 * response.energy_period_ratio(scene.waves)
+    energy_period = 0.9 * wave_figures.energy_period_ratio(scene.waves)
     deep = 1000.0 * 9.81**2 * 0.05**2 * energy_period / (64 * math.pi)
-    assert response.incident_power(scene) == pytest.approx(deep, rel=0.02)
+    assert wave_figures.incident_power(scene) == pytest.approx(deep, rel=0.02)

@@ -8,7 +8,7 @@ from cases.study import mjcf_edit
 from cases.study.design import design, digest
 from cases.study.plan import Parameter, Study
 from fsi.errors import SceneError
-from fsi.scene_file import load_scene
+from fsi.scene.file import load_scene
 
 HINGE = "bodies.flap.mjcf.joint.hinge.damping"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fsi.commands import app
+from fsi.command import app
 
 ROOT = Path(__file__).parents[2]
 SMALLER = (  # the page's study -> the test's

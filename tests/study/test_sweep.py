@@ -19,7 +19,7 @@ import fsi
 from cases.study.engine import sweep
 from cases.study.results import export, load_results, table
 from cases.study.worker import read_facts
-from fsi.commands import app
+from fsi.command import app
 from fsi.errors import SceneError
 
 

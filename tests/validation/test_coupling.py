@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from cases.validation import choose, load
-from cases.validation.case import met
 from cases.validation.coupling import added_mass, archimedes, decay, forced_heave, stability
-from cases.validation.coupling.panels import Section, release
-from cases.validation.runner import run_case
+from cases.validation.engine.case import met
+from cases.validation.engine.registry import choose, load
+from cases.validation.engine.runner import run_case
+from cases.validation.theory.panels import Section, release
 
 
 def test_the_group_runs_all_cases_of_the_coupling():

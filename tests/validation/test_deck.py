@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cases.validation.deck import DEPTH, G, linear_elevation
+from cases.validation.waves.deck import DEPTH, G, linear_elevation
 from fsi.waves import piston_transfer, wavenumber
 
 

@@ -6,9 +6,9 @@ cores."""
 import numpy as np
 import pytest
 
-from fsi.cli import bind
-from fsi.scene_file import builtin_scenes, load_scene, scene_levels
-from fsi.simulation import Simulation
+from fsi.runner import bind
+from fsi.scene.file import builtin_scenes, load_scene, scene_levels
+from fsi.simulation.loop import Simulation
 
 CASES = [name for name in builtin_scenes() if "paper" in scene_levels(name)]
 ALARMS = "did not settle", "through the tank's", "unstable", "not finite"

@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.validation import dam_front, irregular_sea, jet_step, poiseuille, short_box, solitary_wave, taylor_green
-from cases.validation.drop import FIELD, PERIOD, exact_axes
-from cases.validation.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
-from cases.validation.series import impulse, low_passed, relative_rms
-from cases.validation.standing_wave import crossings, extremes, standing_frequency
-from cases.validation.still_shapes import (
+from cases.validation.fluid import dam_front, jet_step, poiseuille, short_box, taylor_green
+from cases.validation.fluid.drop import FIELD, PERIOD, exact_axes
+from cases.validation.fluid.standing_wave import crossings, extremes, standing_frequency
+from cases.validation.fluid.still_shapes import (
     RISE_X,
     RISE_Y,
     SIDE,
@@ -22,7 +20,10 @@ from cases.validation.still_shapes import (
     write_bed,
     write_planes,
 )
-from cases.validation.still_water import DEPTH
+from cases.validation.fluid.still_water import DEPTH
+from cases.validation.theory.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
+from cases.validation.theory.series import impulse, low_passed, relative_rms
+from cases.validation.waves import irregular_sea, solitary_wave
 
 
 def test_standing_waves_of_finite_height_are_slower_in_deep_water():

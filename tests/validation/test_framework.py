@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cases.validation import NAMES, SOLVERS, choose, defaults, load
-from cases.validation.case import Case, Measure, Row
-from cases.validation.report import cells, headings, order, orders, seconds, shown, table
-from cases.validation.runner import run_case, scene_of
-from cases.validation.store import Store
-from cases.validation.validate import validate
-from fsi.commands import app
+from cases.validation.engine import defaults
+from cases.validation.engine.case import Case, Measure, Row
+from cases.validation.engine.registry import NAMES, choose, load
+from cases.validation.engine.report import cells, headings, order, orders, seconds, shown, table
+from cases.validation.engine.runner import run_case, scene_of
+from cases.validation.engine.solvers import SOLVERS
+from cases.validation.engine.store import Store
+from cases.validation.engine.validate import validate
+from fsi.command import app
 from fsi.errors import SceneError
-from fsi.scheme import density_relaxation
+from fsi.fluid.constants import density_relaxation
 
 KEYS = [
     "case", "level", "solver", "spacing", "dimension", "particles", "steps", "particle_steps", "time_step",
@@ -182,7 +184,7 @@ def test_the_study_of_the_defaults_covers_every_variant():
 
 def test_reasons_stand_beside_rows_that_miss(tmp_path, monkeypatch):
     case = replace(load("dam_front"), reasons="because")
-    monkeypatch.setattr("cases.validation.store.load", lambda name: case)
+    monkeypatch.setattr("cases.validation.engine.store.load", lambda name: case)
     store = Store.choose(tmp_path)
     store.add(row(), threads=1)
     assert "because" not in store.markdown()

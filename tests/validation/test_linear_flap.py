@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from cases.validation import owsc
-from cases.validation.linear_flap import Flap, inertia, radiate, respond, stiffness
+from cases.validation.bodies import owsc
+from cases.validation.theory.linear_flap import Flap, inertia, radiate, respond, stiffness
 from fsi.waves import wavenumber
 
 PLANE = (0.01, 0.2, 0.01)

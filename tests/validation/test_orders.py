@@ -3,8 +3,8 @@
 import math
 from dataclasses import replace
 
-from cases.validation import load
-from cases.validation.runner import run_case
+from cases.validation.engine.registry import load
+from cases.validation.engine.runner import run_case
 
 
 def errors(name, solver, spacings, error):

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases.validation import rigid_slide, slide_submarine
-from fsi.cli import bind
-from fsi.layout import build
-from fsi.scene_file import load_scene
+from cases.validation.bodies import rigid_slide, slide_submarine
+from fsi.particles.layout import build
+from fsi.runner import bind
+from fsi.scene.file import load_scene
 
 MODELS = Path(__file__).parents[2] / "bodies" / "models"
 

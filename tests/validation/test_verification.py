@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from cases.validation import load, stability
-from cases.validation.frames import pairs
-from cases.validation.operators import PeriodicSums, kernel_errors
-from cases.validation.report import order
-from cases.validation.runner import run_case
+from cases.validation.engine.registry import load
+from cases.validation.engine.report import order
+from cases.validation.engine.runner import run_case
+from cases.validation.fluid import stability
+from cases.validation.fluid.frames import pairs
+from cases.validation.fluid.operators import PeriodicSums, kernel_errors
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fsi
-from cases.validation import load
-from cases.validation.runner import run_case
-from fsi import cli
+from cases.validation.engine.registry import load
+from cases.validation.engine.runner import run_case
+from fsi import runner
 from fsi.errors import RunError
-from fsi.run_folder import read_manifest
+from fsi.record.run_folder import read_manifest
 
 # of the energy at the start; the rows of these two miss their target, 0.001, by more than the others do
 RISE = {"long_run": 0.06, "violent_columns": 0.008}
@@ -31,7 +31,7 @@ def test_a_run_that_breaks_says_so_and_leaves_a_readable_log(tmp_path):
     case = load("violent_columns")
     scene = case.scene(0.04, tmp_path) | {"name": "broken", "spacing": 0.04, "numerics": {"fixed_time_step": 0.15}}
     with pytest.raises(RunError, match="unstable at t = "):
-        cli.run(fsi.Scene.model_validate(scene), out=tmp_path / "broken", quiet=True, threads=1)
+        runner.run(fsi.Scene.model_validate(scene), out=tmp_path / "broken", quiet=True, threads=1)
     manifest = read_manifest(tmp_path / "broken")
     assert manifest["status"] == "failed" and "unstable" in manifest["reason"]
     series = fsi.load_run(tmp_path / "broken")

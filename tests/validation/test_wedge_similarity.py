@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cases.validation.wedge_similarity import entry, free_entry
+from cases.validation.theory.wedge_similarity import entry, free_entry
 
 
 def test_the_flow_at_30_degrees_is_that_of_the_literature():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from test_motions import DEPTH, EVERY_KIND, G, sea
 
-from fsi.scene import Scene
-from fsi.scene_waves import SolitaryWave
+from fsi.scene.model import Scene
+from fsi.scene.waves import SolitaryWave
 from fsi.waves import absorber, piston, piston_transfer, reach, wavenumber
 from fsi.waves.linear import evanescent
 from fsi.waves.surface import bound_harmonic, surface

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from fsi.gauges import elevation
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.fluid.gauges import elevation
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 DEPTH, HEIGHT, LENGTH, DR = 0.1, 0.03, 2.4, 0.0125
 
@@ -29,7 +29,7 @@ def test_a_solitary_wave_travels_and_is_taken_up_by_the_piston_that_made_it():
 
     def watch(sim):
         time.append(sim.time)
-        kinetic.append(sim.books.kinetic)
+        kinetic.append(sim.balance.kinetic)
         surface.append([elevation(sim.fluid.position, np.array([x]), DR, 2 * DR) for x in (0.8, 1.6)])
 
     sim.run(on_step=watch)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fsi.errors import SceneError
-from fsi.scene_waves import IrregularWaves, RegularWaves, SolitaryWave, WavePacket
+from fsi.scene.waves import IrregularWaves, RegularWaves, SolitaryWave, WavePacket
 from fsi.waves import RegularPiston, TablePiston, piston, piston_transfer, wavenumber
 from fsi.waves.irregular import spectrum
 from fsi.waves.regular import second_order_stroke

@@ -4,10 +4,10 @@ Exact, for an inviscid fluid between concentric walls of radii a and b (Lamb 193
 length rho pi a^2 (b^2 + a^2) / (b^2 - a^2), and for the sphere 2/3 rho pi a^3 (b^3 + 2 a^3) / (b^3 - a^3), half of what it
 displaces where b is infinite. Cylinder and sphere are let go from rest under a constant force, carried by the coupler; the
 acceleration is that between a third and the end of a path of a spacing. Until then sound has gone round the body several
-times: it runs 3.7 spacings a step (`fsi.pressure`), so that there are `STEPS` for each spacing in the radius; with 60 at 20
-spacings, in which it goes round once, the mass came out 6 % low. A path of two spacings takes the cylinder a third of its way
-to the wall at 6 spacings, and the mass rises by 8 %. The cylinder is moved to and fro as well, by less than a spacing; the
-inertial part of its force is found by least squares.
+times: it runs 3.7 spacings a step (`fsi.fluid.chebyshev`), so that there are `STEPS` for each spacing in the radius; with 60
+at 20 spacings, in which it goes round once, the mass came out 6 % low. A path of two spacings takes the cylinder a third of
+its way to the wall at 6 spacings, and the mass rises by 8 %. The cylinder is moved to and fro as well, by less than a
+spacing; the inertial part of its force is found by least squares.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
+from cases.validation.engine.case import Case, Measure
 from fsi.extras import require
 
 DENSITY = 1000.0

@@ -11,9 +11,9 @@ import time as clock
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
-from fsi.cli import bind
-from fsi.simulation import Simulation
+from cases.validation.engine.case import Case, Measure
+from fsi.runner import bind
+from fsi.simulation.loop import Simulation
 
 PERIOD, PERIODS, HEIGHT = 1.4, 10, 0.08  # s, m
 MODEL = "package://bodies/models/surge_flap.xml"

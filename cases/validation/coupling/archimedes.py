@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
+from cases.validation.engine.case import Case, Measure
 
 RATIOS = (0.02, 0.05, 0.1, 0.25, 0.5, 0.9)
 WIDE, HIGH, RADIUS = 0.36, 0.24, 0.18  # m

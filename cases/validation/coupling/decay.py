@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
-from cases.validation.coupling.panels import Section, release
-from cases.validation.standing_wave import extremes
+from cases.validation.engine.case import Case, Measure
+from cases.validation.fluid.standing_wave import extremes
+from cases.validation.theory.panels import Section, release
 
 G, RHO = 9.81, 1000.0
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
 from cases.validation.coupling.energy import Inside, Total
-from fsi.layout import FIRST_BODY
+from cases.validation.engine.case import Case, Measure
+from fsi.particles.layout import FIRST_BODY
 
 G, SPEED = 9.81, 1.0
 HALF = (0.12, 0.08)  # of the bodies, along x and z [m]
@@ -77,8 +77,8 @@ class Momentum(Measure):
         self.mass = float(sim.bodies.mass[0])
 
     def sample(self, sim) -> None:
-        given = sim.books.underway[FIRST_BODY, 0]
-        self.total = sim.books.momentum[0] + given + self.mass * sim.bodies.motion().velocity[0, 0]
+        given = sim.balance.underway[FIRST_BODY, 0]
+        self.total = sim.balance.momentum[0] + given + self.mass * sim.bodies.motion().velocity[0, 0]
         self.speed = float(sim.bodies.motion().velocity[0, 0])
 
     def errors(self) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsi.layout import FIRST_BODY
+from fsi.particles.layout import FIRST_BODY
 
 MEMORY = 0.1  # s
 
@@ -28,7 +28,7 @@ class Total:
 
     @staticmethod
     def _of(sim) -> float:
-        return float(sim.books.kinetic + sim.books.potential + sim.bodies.energy())
+        return float(sim.balance.kinetic + sim.balance.potential + sim.bodies.energy())
 
 
 class Inside:

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
+from cases.validation.engine.case import Case, Measure
 
 RHO, G, RADIUS, DRAFT, DEPTH, HIGH = 1000.0, 9.81, 0.2, 0.8, 2.0, 1.0
 HEAVE = 0.06  # amplitude [m]

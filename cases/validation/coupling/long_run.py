@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
+from cases.validation.engine.case import Case, Measure
 
 PERIOD, PERIODS, BLOCK = 1.3, 200, 10
 DEPTH, LENGTH = 0.42, 6.0
@@ -43,12 +43,12 @@ class Amplitudes(Measure):
     interval = PERIOD / 60
 
     def begin(self, sim) -> None:
-        self.time, self.angle, self.volume_at_start = [], [], sim.books.volume
+        self.time, self.angle, self.volume_at_start = [], [], sim.balance.volume
 
     def sample(self, sim) -> None:
         self.time.append(sim.time)
         self.angle.append(sim.bodies.joints()["joint_position"][0])
-        self.volume = sim.books.volume
+        self.volume = sim.balance.volume
 
     def errors(self) -> dict[str, float]:
         t, x, omega = np.array(self.time), np.array(self.angle), 2 * math.pi / PERIOD

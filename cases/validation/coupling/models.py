@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsi.layout import FIRST_BODY
+from fsi.particles.layout import FIRST_BODY
 
 FILE = """<mujoco>
   <option timestep="0.02" integrator="implicitfast" gravity="0 0 {gravity}"/>{assets}
@@ -41,4 +41,4 @@ def write(folder: Path, bodies: Sequence[str], gravity: float = 9.81, assets: st
 
 def force(sim) -> float:
     """Force (b, 3) of the fluid on the bodies over the last step [N]."""
-    return sim.books.wrench[FIRST_BODY:, :3]
+    return sim.balance.wrench[FIRST_BODY:, :3]

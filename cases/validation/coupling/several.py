@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling.energy import Inside, Total
+from cases.validation.engine.case import Case, Measure
 
 RHO, G = 1000.0, 9.81
 HEAD = '<mujoco>\n  <option timestep="0.02" integrator="implicitfast"/>\n'

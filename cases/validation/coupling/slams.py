@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
 from cases.validation.coupling import models
 from cases.validation.coupling.energy import Inside, Total
+from cases.validation.engine.case import Case, Measure
 
 RATIOS, HEIGHTS = (0.1, 1.0, 8.0), (0.2, 1.0)
 HALF, PITCH, DEPTH = 0.16, 0.8, 0.8  # half width of the bodies and distance between them [m]

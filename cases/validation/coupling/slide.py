@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
+from cases.validation.engine.case import Case, Measure
 
 RHO, G, DENSITY, LEG, TOP, DEPTH = 1000.0, 9.81, 2000.0, 0.5, 0.01, 1.0
 S = math.sqrt(0.5)

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
-from fsi.cli import bind
+from cases.validation.engine.case import Case, Measure
 from fsi.errors import RunError
-from fsi.scene import Scene
-from fsi.simulation import Simulation
+from fsi.runner import bind
+from fsi.scene.model import Scene
+from fsi.simulation.loop import Simulation
 
 RATIOS = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 8.0)
 STEPS = (0.5, 1.0, 2.0)  # of the scheme's own time step

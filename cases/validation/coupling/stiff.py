@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.case import Case, Measure
-from fsi.layout import FIRST_BODY
+from cases.validation.engine.case import Case, Measure
+from fsi.particles.layout import FIRST_BODY
 
 HALF, HIGH, RATIO, PITCH, DEPTH = 0.1, 0.08, 0.5, 0.5, 0.5  # m
 STIFFNESS = 1000 * 9.81 * 2 * HALF  # hydrostatic, N/m
@@ -82,7 +82,7 @@ class Created(Measure):
     def sample(self, sim) -> None:
         series = sim.bodies.joints()
         before, self.speed = self.speed, series["joint_velocity"].copy()
-        load = sim.books.wrench[FIRST_BODY:, 2] - MASS * sim.scene.gravity
+        load = sim.balance.wrench[FIRST_BODY:, 2] - MASS * sim.scene.gravity
         self.given += load * sim.dt * (before + self.speed) / 2
         energy = 0.5 * MASS * self.speed**2 + 0.5 * STIFFNESS * self.spring * series["joint_position"] ** 2
         self.most = np.maximum(self.most, energy - self.given - self.start)

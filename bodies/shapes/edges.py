@@ -1,0 +1,88 @@
+"""Particles along the convex edges and corners of a layer under a surface, and in tips too narrow for the layer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bodies.shapes import thinning
+
+Nearest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # points -> (signed distance, closest surface point)
+
+SHARP = 0.9  # cosine between the normals of two faces that meet in an edge; flatter ones count as smooth
+
+
+def particles(nearest: Nearest, points: np.ndarray, target: float, spacing: float, step: float) -> np.ndarray:
+    """Particles (n, dim) at the depth `target` [m] under two faces or more at once, a spacing apart along edges, and in
+    the first layer those between them and the tip of an acute edge. `points` (m, dim): a lattice of size `step`."""
+    shallow = _beside_edge(nearest, points, target)
+    per = max(1, round(8 * step / spacing))
+    part = (np.indices([per] * points.shape[1]).reshape(points.shape[1], -1).T + 0.5) / per - 0.5
+    shallow = (shallow[:, None] + part * step).reshape(-1, points.shape[1])
+    place, faces = _meet(nearest, shallow, target)
+    corners = thinning.apart(place[faces == points.shape[1]], 0.7 * spacing, place[:0])
+    chosen = corners
+    if points.shape[1] == 3:
+        chosen = _row(nearest, place[faces == 2], corners, spacing, (0.99 * target, 1.01 * target))
+    if target < spacing:
+        depth, away = -nearest(shallow)[0], np.linalg.norm(place - shallow, axis=1) / spacing
+        off = np.abs(away - np.maximum(np.round(away), 1.0))
+        tip = np.flatnonzero((faces > 0) & (depth > 0.1 * spacing) & (off < 0.15))
+        tips = shallow[tip[np.argsort(np.round(off[tip] / 0.05), kind="stable")]]
+        chosen = _row(nearest, tips, chosen, spacing, (0.1 * spacing, target))
+    return chosen
+
+
+def _row(
+    nearest: Nearest, points: np.ndarray, fixed: np.ndarray, spacing: float, between: tuple[float, float]
+) -> np.ndarray:
+    """The `fixed` points (k, dim), then some of the points (n, dim), which crowd along lines, about a spacing apart and
+    settled between their neighbours at depths that lie `between` two [m]."""
+    points = thinning.apart(points, 0.08 * spacing, points[:0])  # equally dense along the lines
+    chosen = np.vstack([fixed, thinning.apart(points, 0.9 * spacing, fixed)])
+    for _ in range(60 if len(chosen) > len(fixed) else 0):
+        centre = thinning.centres(points, chosen, 1.5 * spacing)[len(fixed) :]
+        depth = -nearest(centre)[0]
+        good = (depth > between[0]) & (depth < between[1])
+        chosen[len(fixed) :][good] = centre[good]
+    return chosen
+
+
+def _beside_edge(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:
+    """Those of the points (n, dim) that, moved along the normal to the depth `target` [m] under the nearest face, are
+    not as deep under another."""
+    distance, foot = nearest(points)
+    points, distance, foot = (x[(distance < 0) & (distance > -target)] for x in (points, distance, foot))
+    moved = foot + target * inward(points, foot, distance)
+    return points[nearest(moved)[0] > -0.99 * target]
+
+
+def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
+    """Where the points (n, dim) end when moved to the depth `target` [m] under the nearest face, then that and the next
+    one, then three: places (n, dim), and the number of faces (n,), 0 where there is no such place."""
+    n, dim = points.shape
+    place, faces = points.copy(), np.zeros(n, dtype=int)
+    normal, level = np.zeros((n, dim, dim)), np.zeros((n, dim))
+    rest = np.arange(n)
+    for k in range(dim):
+        distance, foot = nearest(place[rest])
+        clear = np.abs(distance) > 1e-6 * target
+        rest, distance, foot = rest[clear], distance[clear], foot[clear]
+        normal[rest, k] = inward(place[rest], foot, distance)
+        level[rest, k] = (normal[rest, k] * foot).sum(axis=1) + target
+        slope = np.einsum("nik,nk->ni", normal[rest, :k], normal[rest, k])
+        rest = rest[np.all(slope < SHARP, axis=1)]
+        short = level[rest, : k + 1] - np.einsum("nik,nk->ni", normal[rest, : k + 1], place[rest])
+        back = np.linalg.pinv(normal[rest, : k + 1], rcond=1e-3)
+        place[rest] += np.einsum("nki,ni->nk", back, short)
+        there = np.abs(nearest(place[rest])[0] + target) < 0.01 * target
+        faces[rest[there]] = k + 1
+        rest = rest[~there]
+    faces[faces < 2] = 0
+    return place, faces
+
+
+def inward(points: np.ndarray, foot: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Unit normals (n, dim) from closest surface points `foot` into the solid; zero for points on the surface."""
+    return (foot - points) * np.divide(1.0, distance, out=np.zeros_like(distance), where=distance != 0)[:, None]

@@ -1,0 +1,166 @@
+"""Boundary particles in layers under any closed surface with a distance function.
+
+Every particle stands for spacing**dim of volume, and the outermost layer lies half a spacing below the surface.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bodies.shapes import edges, thinning
+from bodies.shapes.edges import Nearest, inward
+
+SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a gap spreads slowly
+HOLE = (
+    0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
+)
+ROUNDS = 3  # of filling holes at most
+
+
+def under(
+    nearest: Nearest, lower: np.ndarray, upper: np.ndarray, spacing: float, layers: int, finest: float
+) -> np.ndarray:
+    """Particles (n, dim) in layers under any closed surface within the box `lower` to `upper` (dim,).
+
+    Lattice points, several per particle, slide along the normal onto their layer and are thinned to even distances,
+    so many that each layer has the volume it stands for. Convex edges and corners of a layer are filled first, its
+    faces around them. Where the solid is too thin for a layer they end half way through it: the first layer then counts
+    by area, deeper ones are left out. `finest` [m] is a lattice that resolves the thinnest part.
+    """
+    step = min(spacing / (2 if len(lower) == 3 else 8), finest)
+    points = near(nearest, lower, upper, layers * spacing, step)
+    depth = -nearest(points)[0]
+    parts = []
+    for layer in range(layers):
+        target = (layer + 0.5) * spacing
+        shares = _cover(depth, layer * spacing, step) - _cover(depth, (layer + 1) * spacing, step)
+        within, shares = points[shares > 0], shares[shares > 0]
+        moved, reached = _slide(nearest, within, target)
+        keep = reached > (0.0 if layer == 0 else target - 0.25 * spacing)
+        thick = np.minimum(2 * reached[keep], spacing)
+        wanted = (shares[keep] * step / thick).sum() * (step / spacing) ** (len(lower) - 1)
+        first = edges.particles(nearest, within, target, spacing, step)
+        parts.append(_fill(nearest, moved[keep], reached[keep], first, wanted, target, spacing, step))
+    return np.vstack(parts)
+
+
+def _fill(
+    nearest: Nearest,
+    points: np.ndarray,
+    depth: np.ndarray,
+    first: np.ndarray,
+    wanted: float,
+    target: float,
+    spacing: float,
+    step: float,
+) -> np.ndarray:
+    """About `wanted` particles (n, dim), evenly spread: the fixed ones `first` (k, dim), the others chosen from the
+    candidates `points` (m, dim), each for a cell of size `step` and as close to the depth `target` [m] as `depth` (m,),
+    and settled between their neighbours."""
+    random = np.random.default_rng(0)
+    parts = np.repeat(points, 2 ** points.shape[1], axis=0)
+    parts += random.uniform(-0.5, 0.5, parts.shape) * step  # on a lattice small steps would not move the centres
+    others = thinning.thin_to(points, first, wanted, spacing)
+    if abs(len(first) + len(others) - wanted) > 0.01 * wanted:  # the lattice allows few distances
+        strewn = points + random.uniform(-0.5, 0.5, points.shape) * step
+        moved, reached = _slide(nearest, strewn, target)
+        others = thinning.thin_to(moved[reached > 0.95 * depth], first, wanted, spacing)
+    passes = SETTLING[points.shape[1]]
+    chosen = _settle(nearest, np.vstack([first, others]), len(first), parts, target, spacing, passes)
+    return _close_holes(nearest, chosen, len(first), parts, target, spacing, passes)
+
+
+def _close_holes(
+    nearest: Nearest, chosen: np.ndarray, fixed: int, parts: np.ndarray, target: float, spacing: float, passes: int
+) -> np.ndarray:
+    """The `chosen` particles (k, dim) of a layer, and more where one of the `parts` (n, dim) is farther than HOLE
+    from all of them, settled between their neighbours; the first `fixed` stay."""
+    for _ in range(ROUNDS):
+        far = np.flatnonzero(thinning.distances(parts, chosen, spacing) > 0.95 * HOLE * spacing)
+        spots, reached = _slide(nearest, parts[far], target)
+        spots = spots[np.abs(reached - target) < 0.01 * target]
+        away = thinning.distances(spots, chosen, spacing)
+        worst = np.argsort(-away, kind="stable")
+        worst = worst[away[worst] > HOLE * spacing]
+        holes = thinning.apart(spots[worst], HOLE * spacing, chosen)
+        if len(holes) == 0:
+            break
+        chosen = _settle(nearest, np.vstack([chosen, holes]), fixed, parts, target, spacing, max(1, passes // 3))
+    return chosen
+
+
+def _settle(
+    nearest: Nearest, chosen: np.ndarray, fixed: int, parts: np.ndarray, target: float, spacing: float, passes: int
+) -> np.ndarray:
+    """The `chosen` particles (k, dim), but for the first `fixed`, moved to the middle of those of the `parts` (n, dim) of
+    the layer that are nearest to them, step by step (Lloyd 1982)."""
+    for _ in range(passes):
+        centre = thinning.centres(parts, chosen, 1.5 * spacing)[fixed:]
+        moved, reached = _slide(nearest, centre, target)
+        good = np.abs(reached - target) < 0.01 * target
+        settled = chosen.copy()
+        settled[fixed:][good] = moved[good]
+        gap = thinning.gaps(settled, spacing)
+        crowded = gap < np.minimum(0.75 * spacing, thinning.gaps(chosen, spacing))
+        chosen = np.where(crowded[:, None], chosen, settled)
+    return chosen
+
+
+def _cover(depth: np.ndarray, level: float, step: float) -> np.ndarray:
+    """Share of the lattice cells, centred at `depth` (n,), that lies below the depth `level`."""
+    return np.clip((depth - level) / step + 0.5, 0.0, 1.0)
+
+
+def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, step: float) -> np.ndarray:
+    """Lattice points (n, dim) with spacing `step`, row by row, whose cells touch what lies inside within `reach` of the
+    surface. Larger cells that the distance rules out are never refined."""
+    dim = len(lower)
+    extent = float(np.max(upper - lower))
+    level = max(0, math.ceil(math.log2(extent / (16 * step))))
+    size = step * 2**level
+    count = np.ceil((upper - lower) / size).astype(int)
+    cells = (np.indices(count).reshape(dim, -1).T + 0.5 - count / 2) * size + (lower + upper) / 2
+    cells += 0.01 * step  # so that no lattice plane lies in a face of the surface, where the normal is undefined
+    corner = np.indices([2] * dim).reshape(dim, -1).T - 0.5
+    for _ in range(level):
+        distance = nearest(cells)[0]
+        margin = size * math.sqrt(dim) / 2
+        cells = cells[(distance < margin) & (distance > -reach - margin)]
+        size /= 2
+        cells = (cells[:, None] + corner * size).reshape(-1, dim)
+    distance = nearest(cells)[0]
+    cells = cells[(distance < step / 2) & (distance > -reach - step / 2)]
+    return cells[np.lexsort(np.round(cells / step).T)]
+
+
+def deepest(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, spacing: float, finest: float) -> float:
+    """Radius of the largest ball inside a closed surface [m], but not more than 1.25 spacings."""
+    points = near(nearest, lower, upper, 1.5 * spacing, min(spacing / 2, finest))
+    return float(_slide(nearest, points, 1.25 * spacing)[1].max()) if len(points) else 0.0
+
+
+def _slide(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, dim) moved to the depth `target` along the normal, or to the middle of what is thinner, and the depths
+    (n,) they reach. The passes carry points in a corner to the corner of the layer."""
+    moved, reached, rest = points.copy(), np.zeros(len(points)), np.arange(len(points))
+    for _ in range(5):
+        distance, foot = nearest(moved[rest])
+        reached[rest] = -distance
+        off = np.abs(distance + target) > 1e-3 * target
+        rest = rest[off]
+        moved[rest] = foot[off] + target * inward(moved[rest], foot[off], distance[off])
+    if rest.size:
+        moved[rest] = _climb(nearest, points[rest], target)
+        reached[rest] = -nearest(moved[rest])[0]
+    return moved, reached
+
+
+def _climb(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:
+    """Points (n, dim) moved away from the surface in ever shorter strides, until they are `target` deep or as deep as
+    the solid is there. The strides are odd so that none ends on the far side of a plate, where there is no way back."""
+    for stride in 0.437 * target * 0.77 ** np.arange(20):
+        distance, foot = nearest(points)
+        points = points + np.clip(target + distance, 0.0, stride)[:, None] * inward(points, foot, distance)
+    return points

@@ -1,0 +1,125 @@
+"""Shapes with an analytic distance, and the solids that place, trim and check them.
+
+A shape lives in its own frame, in two or three dimensions; a `Placed` shape is a `fsi.protocols.Solid` of the tank.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Protocol
+
+import numpy as np
+
+from bodies.shapes import sampling
+from fsi.protocols import Solid
+
+
+class Shape(Protocol):
+    """A solid in its own frame."""
+
+    def sample(self, spacing: float, layers: int) -> np.ndarray:
+        """Boundary particles (n, dim), as `Solid.boundary`."""
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance (n,) of points (n, dim), negative inside."""
+
+    def thickness(self, spacing: float) -> float:
+        """Diameter of the largest ball that fits inside [m], to a fraction of the spacing."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle or box with half sizes `half` (dim,) about the origin."""
+
+    half: np.ndarray
+
+    def sample(self, spacing: float, layers: int) -> np.ndarray:
+        return sampling.box(self.half, spacing, layers)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        beyond = np.abs(points) - self.half
+        return np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
+
+    def thickness(self, spacing: float) -> float:
+        return 2 * float(np.min(self.half))
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A circle about the origin, in two dimensions."""
+
+    radius: float
+
+    def sample(self, spacing: float, layers: int) -> np.ndarray:
+        return sampling.disc(self.radius, spacing, layers)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(points, axis=1) - self.radius
+
+    def thickness(self, spacing: float) -> float:
+        return 2 * self.radius
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder along z of length 2 half."""
+
+    radius: float
+    half: float
+
+    def sample(self, spacing: float, layers: int) -> np.ndarray:
+        return sampling.cylinder(self.radius, self.half, spacing, layers)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        rho = np.hypot(points[:, 0], points[:, 1])
+        return Box(np.array([self.radius, self.half])).distance(np.column_stack([rho, points[:, 2]]))
+
+    def thickness(self, spacing: float) -> float:
+        return 2 * min(self.radius, self.half)
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder along z of length 2 half with round ends; a sphere where half = 0."""
+
+    radius: float
+    half: float = 0.0
+
+    def sample(self, spacing: float, layers: int) -> np.ndarray:
+        return sampling.capsule(self.radius, self.half, spacing, layers)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        height = points[:, 2] - np.clip(points[:, 2], -self.half, self.half)
+        return np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + height**2) - self.radius
+
+    def thickness(self, spacing: float) -> float:
+        return 2 * self.radius
+
+
+class Placed:
+    """A shape in the tank: world = origin (dim,) + axes (dim, dim) @ local.
+    Particles inside `others`, earlier solids of the same owner, are left out."""
+
+    def __init__(self, shape: Shape, origin: np.ndarray, axes: np.ndarray):
+        self.shape, self._origin, self._axes = shape, origin, axes
+        self.others: tuple[Solid, ...] = ()
+        self.sampled = cache(self._sample)  # (spacing, layers) -> particles (n, dim) before any is left out
+        self._trimmed = cache(self._trim)
+
+    def boundary(self, spacing: float, layers: int) -> np.ndarray:
+        """Boundary particles (n, dim) inside the solid, the outermost layer half a spacing below its surface."""
+        return self._trimmed(spacing, layers).copy()
+
+    def clearance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance (n,) of points (n, dim) to the surface, negative inside."""
+        return self.shape.distance((points - self._origin) @ self._axes)
+
+    def _sample(self, spacing: float, layers: int) -> np.ndarray:
+        return self._origin + self.shape.sample(spacing, layers) @ self._axes.T
+
+    def _trim(self, spacing: float, layers: int) -> np.ndarray:
+        points = self.sampled(spacing, layers)
+        for other in self.others:
+            points = points[other.clearance(points) > 0.0]
+        return points

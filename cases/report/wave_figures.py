@@ -1,0 +1,229 @@
+"""Figures of a run in waves: what a wave converter absorbs, how its joints answer, what it has to bear.
+
+All are taken between the time at which the waves have settled at the bodies and the end of the run; in regular waves
+over whole periods. Phases count from the crest of the incident wave at the body, a lead is positive.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsi.errors import SceneError
+from fsi.scene.check import water_depth
+from fsi.scene.model import Scene
+from fsi.waves import piston, wavenumber
+
+STUDENT_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)  # two-sided, 1, 2, ... degrees of freedom
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure; `dim` and `label` say of which joint, body, gauge or probe, where there is one."""
+
+    name: str
+    value: float
+    units: str
+    long_name: str
+    dim: str = ""
+    label: str = ""
+
+    @property
+    def key(self) -> str:
+        """`name`, or `name.label`: what an objective or a constraint calls it."""
+        return f"{self.name}.{self.label}" if self.label else self.name
+
+
+def group_speed(omega: float, depth: float, g: float) -> float:
+    """Speed of the energy of a linear wave [m/s] (Dean & Dalrymple 1991, eq. 4.85)."""
+    k = wavenumber(omega, depth, g)
+    kd = k * depth
+    n = 0.5 * (1 + (2 * kd / math.sinh(2 * kd) if kd < 300 else 0.0))
+    return n * omega / k
+
+
+def wave_power(height: float, period: float, depth: float, rho: float, g: float) -> float:
+    """Power of a regular linear wave per metre of crest, rho g H^2 / 8 times the group speed [W/m]."""
+    return rho * g * height**2 / 8 * group_speed(2 * math.pi / period, depth, g)
+
+
+def harmonic(time: np.ndarray, values: np.ndarray, omega: float) -> complex:
+    """Complex amplitude X of the least-squares fit mean + Re(X exp(i omega t)), exact for that signal."""
+    columns = np.column_stack([np.ones_like(time), np.cos(omega * time), -np.sin(omega * time)])
+    _, real, minus_imaginary = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return complex(real, minus_imaginary)
+
+
+def mean_and_error(values: np.ndarray, batches: int) -> tuple[float, float]:
+    """Mean and the half width of its 95 % confidence interval from the means of consecutive batches, which are taken as
+    independent (Law & Kelton 2000, section 9.5.3); nan for fewer than two batches."""
+    mean = float(np.mean(values))
+    if batches < 2:
+        return mean, math.nan
+    means = [float(np.mean(part)) for part in np.array_split(values, batches)]
+    factor = STUDENT_95[batches - 2] if batches - 2 < len(STUDENT_95) else 1.96 + 2.5 / (batches - 1)
+    return mean, factor * float(np.std(means, ddof=1)) / math.sqrt(batches)
+
+
+def exceeded(values: np.ndarray, share: float = 0.01) -> float:
+    """The level that the values lie above for this share of the time."""
+    return float(np.quantile(values, 1 - share))
+
+
+def settled(scene: Scene, place: float) -> float:
+    """When the waves have settled at x = `place` [m]: their ramp, and their way there at the group speed [s]."""
+    waves = scene.waves
+    period = wave_period(scene)
+    if waves is None or period is None:
+        return 0.0
+    ramp = getattr(waves, "ramp", None)
+    speed = group_speed(2 * math.pi / period, water_depth(scene), scene.gravity)
+    return (2 * period if ramp is None else ramp) + max(place - scene.tank.min[0], 0.0) / speed
+
+
+def wave_period(scene: Scene) -> float | None:
+    """Period of regular waves, peak period of irregular ones [s]; None without either."""
+    for name in ("period", "peak_period"):
+        value = getattr(scene.waves, name, None)
+        if value is not None:
+            return float(value)
+    return None
+
+
+def window(data, scene: Scene, start: float | None = None):
+    """The part of a run's dataset that figures are taken from, and the period [s] or None; SceneError where that part is
+    shorter than a period."""
+    end = float(data.time[-1]) if data.sizes["time"] else 0.0
+    places = data.body_position.isel(time=0).sel(axis="x").values if "body_position" in data else np.zeros(0)
+    begin = settled(scene, float(places.max(initial=scene.tank.min[0]))) if start is None else start
+    period = wave_period(scene)
+    if begin + (period or 0.0) > end + 1e-6 or end <= 0:
+        fault = f"the run ends at {end:.3g} s, figures need it to last {begin + (period or 0.0):.3g} s"
+        raise SceneError(fault, key="duration", fix="make the run longer, or set measure.start")
+    if period and getattr(scene.waves, "kind", "") == "regular":
+        begin = end - period * math.floor((end - begin) / period + 1e-6)
+    return data.sel(time=slice(begin - 1e-9, None)), period
+
+
+def measured_seconds(data, scene: Scene, start: float | None = None) -> float:
+    """Length of the part of a run that figures are taken from [s]."""
+    part, _ = window(data, scene, start)
+    return float(part.time[-1] - part.time[0])
+
+
+def figures(data, scene: Scene, *, start: float | None = None, device_width: float | None = None) -> list[Figure]:
+    """All figures of a run: `data` is what `fsi.load_run` returns, `start` [s] replaces the time at which the waves
+    have settled, `device_width` [m] is that of the capture width ratio. Raises SceneError for a run that is too short."""
+    part, period = window(data, scene, start)
+    width = device_width or (scene.tank.width if scene.dimension == 2 else None)
+    return [
+        *_joints(part, scene, period),
+        *_power(part, scene, period, width),
+        *_bodies(part),
+        *_gauges(part, scene, period),
+        *_probes(part),
+    ]
+
+
+def _joints(part, scene: Scene, period: float | None) -> Iterator[Figure]:
+    if "joint" not in part.dims:
+        return
+    rotary = [str(kind) == "hinge" for kind in part.joint_kind.values] if "joint_kind" in part.coords else []
+    incident = _incident(part, scene, period)
+    for n, name in enumerate(map(str, part.joint.values)):
+        units, load = ("rad", "N m") if n < len(rotary) and rotary[n] else ("m", "N")
+        position = part.joint_position.values[:, n]
+        yield Figure("motion_max", float(np.abs(position).max()), units, "largest joint position", "joint", name)
+        yield Figure("motion_rms", float(position.std()), units, "standard deviation of the joint", "joint", name)
+        force = np.abs(part.joint_force.values[:, n])
+        yield Figure("joint_force_max", float(force.max()), load, "largest load of spring and damper", "joint", name)
+        mean, error = mean_and_error(part.pto_power.values[:, n], _batches(part, period))
+        yield Figure("absorbed_power", mean, "W", "mean absorbed power", "joint", name)
+        yield Figure("absorbed_power_error", error, "W", "95 % confidence of the mean absorbed power", "joint", name)
+        if incident:
+            response = harmonic(part.time.values, position, 2 * math.pi / period) / incident
+            yield Figure("rao", abs(response), f"{units}/m", "motion over wave amplitude", "joint", name)
+            yield Figure("rao_phase", float(np.angle(response)), "rad", "lead over the incident crest", "joint", name)
+
+
+def _incident(part, scene: Scene, period: float | None) -> complex:
+    """Complex amplitude [m] of a regular wave of the piston at the first body, by linear theory; 0 for other waves."""
+    if period is None or getattr(scene.waves, "kind", "") != "regular" or "body_position" not in part:
+        return 0.0
+    k = wavenumber(2 * math.pi / period, water_depth(scene), scene.gravity)
+    place = float(part.body_position.sel(axis="x").values[:, 0].mean()) - scene.tank.min[0]
+    return 0.5 * scene.waves.wave_height * np.exp(-1j * k * place)
+
+
+def _power(part, scene: Scene, period: float | None, width: float | None) -> Iterator[Figure]:
+    if "pto_power" not in part:
+        return
+    mean, error = mean_and_error(part.pto_power.values.sum(axis=1), _batches(part, period))
+    yield Figure("mean_power", mean, "W", "mean absorbed power of all joints")
+    yield Figure("mean_power_error", error, "W", "95 % confidence of the mean power")
+    flux = incident_power(scene)
+    if flux:
+        yield Figure("wave_power", flux, "W/m", "power of the incident waves per metre of crest")
+        yield Figure("capture_width", mean / flux, "m", "mean absorbed power over wave power")
+        if width:
+            yield Figure("capture_width_ratio", mean / flux / width, "1", "capture width over device width")
+
+
+def incident_power(scene: Scene) -> float | None:
+    """Power of the scene's waves per metre of crest by linear theory [W/m]; of irregular waves that of the components
+    that make them up. None for waves that do not go on."""
+    waves, depth, g = scene.waves, water_depth(scene), scene.gravity
+    kind = getattr(waves, "kind", "")
+    if kind == "regular":
+        return wave_power(waves.wave_height, waves.period, depth, scene.fluid.density, g)
+    if kind == "irregular":
+        sea = piston(waves, depth, g)
+        parts = zip(sea.wave_amplitude, sea.omega, strict=True)
+        return sum(wave_power(2 * a, 2 * math.pi / w, depth, scene.fluid.density, g) for a, w in parts)
+    return None
+
+
+def energy_period_ratio(waves) -> float:
+    """Energy period m-1 / m0 over peak period of irregular waves, of the spectrum they are drawn from."""
+    from fsi.waves.irregular import LOWEST, spectrum
+
+    f = np.linspace(LOWEST, waves.highest, 20_001)
+    density = spectrum(f, 1.0, 1.0 if waves.spectrum == "pierson_moskowitz" else waves.gamma or 3.3)
+    return float((density / f).sum() / density.sum())
+
+
+def _bodies(part) -> Iterator[Figure]:
+    for name in map(str, part.body.values) if "body" in part.dims else ():
+        for kind, units in (("force", "N"), ("torque", "N m")):
+            load = np.linalg.norm(part[f"body_{kind}"].sel(body=name).values, axis=1)
+            yield Figure(f"{kind}_max", float(load.max()), units, f"largest fluid {kind}", "body", name)
+            level = exceeded(load)
+            yield Figure(f"{kind}_1pct", level, units, f"fluid {kind} exceeded 1 % of the time", "body", name)
+
+
+def _gauges(part, scene: Scene, period: float | None) -> Iterator[Figure]:
+    regular = getattr(scene.waves, "kind", "") == "regular"
+    for name in map(str, part.gauge.values) if "gauge" in part.dims else ():
+        eta = part.elevation.sel(gauge=name).values
+        if regular:
+            height = 2 * abs(harmonic(part.time.values, eta, 2 * math.pi / period))
+            yield Figure("gauge_height", height, "m", "height of the first harmonic", "gauge", name)
+        else:
+            yield Figure("gauge_Hm0", 4 * float(eta.std()), "m", "significant height", "gauge", name)
+        yield Figure("crest_max", float(eta.max()), "m", "highest elevation", "gauge", name)
+
+
+def _probes(part) -> Iterator[Figure]:
+    for name in map(str, part.probe.values) if "probe" in part.dims else ():
+        value = float(part.pressure.sel(probe=name).values.max())
+        yield Figure("pressure_max", value, "Pa", "largest pressure", "probe", name)
+
+
+def _batches(part, period: float | None) -> int:
+    """Batches of a mean: one a period, ten where there is none."""
+    if period is None or part.sizes["time"] < 20:
+        return 10 if part.sizes["time"] >= 20 else 1
+    return int((float(part.time[-1]) - float(part.time[0])) / period + 0.5)

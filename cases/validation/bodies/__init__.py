@@ -1,0 +1,1 @@
+"""Cases of the source documents with bodies."""

@@ -1,0 +1,1 @@
+"""Runs the validation cases and keeps their rows, plots and pages."""

@@ -1,0 +1,1 @@
+"""Exact answers and theories that cases are compared with."""

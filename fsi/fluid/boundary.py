@@ -1,0 +1,178 @@
+"""The boundary particles in a step: in the order of cells, with their neighbours in the fluid, and what the two do to each
+other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsi.compute.lanes import width
+from fsi.compute.team import Team
+from fsi.fluid.response import LinearResponse
+from fsi.particles.cells import CellSort, Grid, whole
+from fsi.particles.layout import FIRST_BODY
+from fsi.particles.neighbours import Neighbours
+from fsi.particles.rows import pack_boundary
+from fsi.scene.model import Scene
+from fsi.sph import walls
+from fsi.sph.columns import Constants
+
+
+class BoundaryParticles:
+    """Boundary particles as the fluid meets them; the first `count` of b stand, whose rows follow the fluid's `first` ones.
+
+    order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
+    bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_weights`); `drag`: the
+    kernel of their viscous force, None where nothing drags.
+    """
+
+    def __init__(
+        self, scene: Scene, grid: Grid, b: int, k: Constants, dtype, team: Team, *, drag, no_slip: bool,
+        dense: bool,
+    ):  # fmt: skip
+        self.team, self.dim, self.lanes, self.k, self._grid = team, scene.dimension, width(dtype), k, grid
+        self._density, self._drag, dim = scene.fluid.density, drag, self.dim
+        self.sort = CellSort(grid, team)
+        self.near = Neighbours(self.lanes, dim, scene.spacing, 2 * scene.smoothing_length, team)
+        self.first = self.count = 0
+        self.order = np.empty(0, np.int32)
+        self.position = np.zeros((b, dim))
+        self.velocity = self.skin = np.zeros((b, dim))
+        self.normal = np.empty((0, dim))
+        self.owner = np.zeros(b, np.int32)
+        self.weights, self._lift = np.zeros((b, 1 + dim), dtype), np.zeros((b, 1), dtype)
+        self._force, self._silence = np.empty((0, b, dim)), LinearResponse.none(dim, dtype)
+        self.weigher = walls.make_weights(self.lanes, dim, no_slip, dense)
+
+    def begin(self, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None) -> None:
+        """The owners now: centre (owners, 3), twist (owners, 6), smooth (owners, 6, 6) as in `BodyMotion`."""
+        self.owners, self._centre, self._twist, self._smooth = len(centre), centre, twist, smooth
+        self.centre = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)  # in the axes of the fluid
+
+    def arrange(self, position: np.ndarray, scratch: np.ndarray) -> None:
+        """Find the order of cells of the boundary particles at these positions (b, dim)."""
+        if len(position):
+            self.order = self.sort.update(position, scratch)[: self.sort.inside].copy()
+        self.count = len(self.order)
+
+    def face(self, normal: np.ndarray) -> None:
+        """Take over the outward normals (b, dim) of the bodies, in the order of the layout."""
+        self.normal = normal[self.order]
+
+    def pack(
+        self, first: int, state: tuple[np.ndarray, ...], dt: float, body_force: np.ndarray, *rows: np.ndarray
+    ) -> None:
+        """Fill the rows from `first` on, and the arrays here, from `state`: position, velocity, skin, owner in the order of
+        the layout."""
+        self.first = first
+        if self.skin is self.velocity and state[2] is not state[1]:
+            self.skin = self.velocity.copy()
+        if self.count:
+            own = self.position, self.velocity, self.skin, self.owner
+            bounds = whole(self.count)
+            self.team.run(
+                pack_boundary, bounds, self.order, first, self._grid.lower, *state, *own, dt, body_force, *rows
+            )
+
+    def find(self, fluid: CellSort, xs: np.ndarray) -> None:
+        """Find the neighbours in the fluid, of positions `xs` as in `fsi.particles.neighbours`."""
+        if self.count:
+            self.near.update(self.sort, self.first, xs, [(fluid, 0)])
+
+    def weigh(self, flow: np.ndarray) -> None:
+        """The weights; no slip: mirrored velocities into `flow`."""
+        if self.count:
+            self.team.run(self.weigher, self.near.bounds, self.near.groups, self.first, flow, self.weights, self.k)
+
+    # -------------------------------------------------------------------------------------- pressures
+
+    def accelerate(self, acceleration: np.ndarray, body_force: np.ndarray) -> None:
+        """Take the walls to move with this acceleration (owners, 6)."""
+        self._set_lift(acceleration[None], self._twist, body_force, self._lift)
+
+    def lift_of(self, units: np.ndarray) -> np.ndarray:
+        """Lift (count, m) by accelerations (m, owners, 6) alone."""
+        lift = np.zeros((self.count, len(units)), self._lift.dtype)
+        self._set_lift(units, np.zeros_like(self._twist), np.zeros(self.dim), lift)
+        return lift
+
+    def _set_lift(self, accelerations, twist, body_force, lift) -> None:
+        b = self.count
+        if self._smooth is not None:  # and without the spin that no fluid would feel
+            accelerations = np.einsum("moi,oij->moj", accelerations, self._smooth)
+            twist = np.einsum("oi,oij->oj", twist, self._smooth)
+        if b:
+            self.team.run(
+                walls.lift_of, whole(b), self.position, self.normal, self.owner, self._centre, accelerations, twist, body_force,
+                self._density, self.weights, lift,
+            )  # fmt: skip
+
+    def extrapolate(self, rows: np.ndarray, response: LinearResponse | None = None) -> None:
+        """Pressures of the boundary in `rows`; those of responses with them."""
+        if self.count:
+            response = response or self._silence
+            response.spread()
+            self.team.run(
+                walls.make_extrapolation(self.lanes, self.dim, response.columns), self.near.bounds, self.near.groups,
+                self.first, rows, self.weights, self._lift, self.k, response.rows, response.lift, response.low, response.high,
+            )  # fmt: skip
+
+    # -------------------------------------------------------------------------------------- forces
+
+    def press(self, rows: np.ndarray, values: np.ndarray, column: int, columns: int, least: int = 1) -> np.ndarray:
+        """Wrenches (m, owners, 6) of the pressures in so many columns of `values` from `column` on; positions are those of
+        `rows`. Owners below `least` are left out."""
+        wrench = np.zeros((columns, self.owners, 6))
+        if self.count:
+            forces = self._forces(columns)
+            self.team.run(
+                walls.make_force(self.lanes, self.dim, column, columns), self.near.bounds, self.near.groups, self.first,
+                rows, values, self.owner[: self.count], least, forces, self.k,
+            )  # fmt: skip
+            for force, total in zip(forces, wrench, strict=False):
+                self._add(force, total, least)
+        return self.smoothed(wrench)
+
+    def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
+        """Wrench (owners, 6) of the viscous forces."""
+        wrench = np.zeros((self.owners, 6))
+        if self._drag and self.count:
+            force = self._forces(1)[0]
+            self.team.run(
+                self._drag, self.near.bounds, self.near.groups, self.first, flow, self.owner[: self.count], least, force,
+                self.k,
+            )  # fmt: skip
+            self._add(force, wrench, least)
+        return wrench
+
+    def grasp(self, grip: np.ndarray, dt: float, accelerations: np.ndarray) -> np.ndarray:
+        """Change (m, owners, 6) of the viscous wrench over a step of dt [s] by accelerations (m, owners, 6): implicit viscosity
+        is stiff for bodies too, so that their drag counts with the velocity at the end of the step. grip (count,):
+        growth of the force with the velocity [N s/m]."""
+        b, axes = self.count, [0, 2] if self.dim == 2 else [0, 1, 2]
+        owner, arm = self.owner[:b], np.zeros((b, 3))
+        arm[:, axes] = self.position[:b] - self.centre[owner]
+        wrenches = np.zeros((len(accelerations), self.owners, 6))
+        for a, total in zip(accelerations[:, owner], wrenches, strict=True):
+            along = (a[:, :3] + np.cross(a[:, 3:], arm))[:, axes]
+            self._add(-dt * grip[:, None] * along, total, least=FIRST_BODY)
+        return wrenches
+
+    def smoothed(self, wrench: np.ndarray) -> np.ndarray:
+        """The wrenches (..., owners, 6), without the moment that no smooth body of their shape would get."""
+        return wrench if self._smooth is None else np.einsum("oij,...oj->...oi", self._smooth, wrench)
+
+    def _forces(self, columns: int) -> np.ndarray:
+        """Room for that many forces on each boundary particle."""
+        if len(self._force) < columns:
+            self._force = np.zeros((columns, len(self.position), self.dim))
+        return self._force
+
+    def _add(self, force: np.ndarray, wrench: np.ndarray, least: int) -> None:
+        b = self.count
+        walls.wrenches(self.position[:b], force[:b], self.owner[:b], self.centre, least, wrench)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all arrays [B]."""
+        arrays = {id(a): a for a in vars(self).values() if isinstance(a, np.ndarray)}.values()
+        return sum(a.nbytes for a in arrays) + self.sort.nbytes + self.near.nbytes

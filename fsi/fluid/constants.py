@@ -1,0 +1,51 @@
+"""The scalars of the scheme, from a scene."""
+
+from __future__ import annotations
+
+import math
+
+from fsi.fluid.chebyshev import SOUND, iteration
+from fsi.scene.model import Scene
+from fsi.sph import kernel, wall_guard
+from fsi.sph.columns import Constants
+
+
+def density_relaxation(scene: Scene, depth: float) -> float:
+    """gamma: the scene's, or as much as the slowest mode of the depth [m] damps in a step."""
+    if scene.numerics.density_relaxation is not None:
+        return scene.numerics.density_relaxation
+    return iteration(scene.numerics).gain * (SOUND * scene.smoothing_length * math.pi / (2 * depth)) ** 2 / 2
+
+
+def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
+    """The scalars of the sweeps for a scene whose fluid is `depth` metres high."""
+    dim, dr, h, rho = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density
+    volume = dr**dim
+    mass = rho * volume
+    lattice = kernel.lattice(dr, h, dim)
+    slope = float(kernel.gradient_factor(0.0, h, dim))
+    numerics = scene.numerics
+    sound = math.sqrt(scene.gravity * depth) / numerics.mach
+    values = Constants(
+        inverse_support=0.5 / h,
+        eta2=(0.1 * h) ** 2,
+        density_factor=float(kernel.value(0.0, h, dim)) / lattice.density,
+        divergence_factor=slope * volume,
+        laplacian_factor=2 * slope * mass / rho**2,
+        gradient_factor=slope * mass / rho**2,
+        viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
+        stress_factor=2 * slope * volume / rho / lattice.second_moment,
+        artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
+        lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
+        surface_factor=lattice.surface_factor,
+        relaxation=density_relaxation(scene, depth),
+        suction=1.0,
+        density=rho,
+        mass=mass * (scene.tank.width if dim == 2 else 1.0),
+        shifting=scene.shifting * h * h * slope * volume,
+        guard_level=wall_guard.level(numerics.wall_guard),
+        guard_reach2=(wall_guard.REACH * dr) ** -2,
+        guard_piece=wall_guard.PIECE * dr,
+        guard2=(1.1 * numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
+    )
+    return Constants(*(dtype(v) for v in values))

@@ -1,0 +1,183 @@
+"""Liquids whose viscosity differs from particle to particle, and viscosity that is implicit in time.
+
+Cross (1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s), s = sqrt(2 S : S) the shear rate; with K = mu_0 / tau it tends to
+a Bingham plastic of yield stress tau as mu_0 grows (Shao & Lo 2003). Smagorinsky (1963): the eddies that the spacing dr
+does not resolve add rho (C_s dr)^2 s.
+
+Implicit viscosity solves u = u* + dt A(u), A the viscous acceleration, by Chebyshev's sweeps (`fsi.fluid.chebyshev`). Every
+sweep is a sum of pair forces that cancel, so momentum is kept whatever the tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsi.fluid.chebyshev import HIGHEST, chebyshev
+from fsi.scene.model import Liquid, Scene
+from fsi.sph import kernel, viscosity
+
+LEAST = 1e-30  # [Pa s] of an inviscid liquid, so that the harmonic mean of two of them is a number
+EXPLICIT = 0.125  # dt nu / h^2 up to which explicit viscosity is stable (Morris et al. 1997, eq. 21)
+WORTH = 2.0  # other limits of the time step over that of explicit viscosity, from which on implicit is taken
+STIFFEST = 1e5  # largest dt times rate of viscous decay for implicit viscosity, which takes 5 sqrt of it sweeps
+SOLVED = 1e-4  # share of the change of the velocities that the implicit sweeps may leave
+
+
+def law(liquid: Liquid) -> tuple[float, float, float]:
+    """(mu_0 [Pa s], mu_inf [Pa s], K [s]) of a liquid; a Newtonian one has mu_0 = mu_inf."""
+    if liquid.rheology is None:
+        mu = max(liquid.density * liquid.kinematic_viscosity, LEAST)
+        return mu, mu, 0.0
+    return liquid.rheology.rest_viscosity, max(liquid.rheology.mu_inf, LEAST), liquid.rheology.time
+
+
+def viscid(scene: Scene) -> bool:
+    """True where there is any viscosity."""
+    eddies = scene.numerics.turbulence != "none"
+    return scene.numerics.viscosity != "none" and (eddies or any(law(q)[0] > LEAST for q in scene.all_liquids))
+
+
+def shears(scene: Scene) -> bool:
+    """True where the viscosity depends on the shear rate."""
+    depends = scene.numerics.turbulence != "none" or any(liquid.rheology for liquid in scene.all_liquids)
+    return viscid(scene) and depends
+
+
+def varies(scene: Scene) -> bool:
+    """True where the viscosity is not one number."""
+    return viscid(scene) and (shears(scene) or len(scene.all_liquids) > 1)
+
+
+def largest(scene: Scene) -> float:
+    """Largest kinematic viscosity [m2/s] that a pair of particles can show; eddies, which never limit the step, aside."""
+    if not viscid(scene):
+        return 0.0
+    laws = [(law(liquid)[0], liquid.density) for liquid in scene.all_liquids]
+    top = max(mu for mu, _ in laws)
+    return max(min(2 * mu, top) / rho for mu, rho in laws)  # a harmonic mean stays below twice the smaller one
+
+
+def decay_rate(scene: Scene) -> float:
+    """Bound [1/s] on the rate at which viscosity evens out velocities from particle to particle (Gershgorin)."""
+    dim, dr = scene.dimension, scene.spacing
+    lattice = kernel.lattice(dr, scene.smoothing_length, dim)
+    return 2 * largest(scene) * 2 * dr**dim * lattice.laplacian / lattice.second_moment
+
+
+def explicit_limit(scene: Scene) -> float:
+    """Largest time step [s] of explicit viscosity."""
+    nu = largest(scene)
+    return EXPLICIT * scene.smoothing_length**2 / nu if nu > 0 else math.inf
+
+
+def viscous_sweeps(span: float) -> int:
+    """Sweeps of implicit viscosity whose spectrum spans 1 + dt `decay_rate`."""
+    return math.ceil(math.acosh(1 / SOLVED) / math.acosh((span + 1) / (span - 1)))
+
+
+def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
+    """Limit of the time step [s] by viscosity, and whether it is implicit, for a scene whose other limits at t = 0 are
+    `others` [s]."""
+    how, explicit = scene.numerics.viscous_step, explicit_limit(scene)
+    worth = math.isfinite(others) and others > WORTH * explicit
+    if math.isfinite(explicit) and (how == "implicit" or (how == "auto" and worth)):
+        return STIFFEST / decay_rate(scene), True
+    return explicit, False
+
+
+class Rheology:
+    """Viscosity of one run: the laws of its liquids and the sweeps that apply them.
+
+    `rate` (n,): shear rate [1/s] of the particles in their present order, where the scene needs it."""
+
+    def __init__(self, scene: Scene, implicit: bool, lanes: int, dtype, team):
+        dim, self.scene, self.team, self.dtype = scene.dimension, scene, team, dtype
+        self.implicit, self.shears = implicit, shears(scene)
+        self.no_slip = scene.numerics.wall_slip == "no_slip"
+        self.columns = 8 if dim == 3 else 6
+        eddy = (scene.numerics.smagorinsky * scene.spacing) ** 2 if scene.numerics.turbulence != "none" else 0.0
+        self.laws = np.array([(*law(liquid), liquid.density * eddy) for liquid in scene.all_liquids])
+        self.eddy, self.decay = eddy, decay_rate(scene)
+        self.rate = np.empty(0, dtype)
+        self.sweeps = 1
+        dense = len({liquid.density for liquid in scene.all_liquids}) > 1
+        self._shear = viscosity.make_shear(lanes, dim, self.no_slip) if self.shears else None
+        self._viscosity = viscosity.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
+        self._mirror = viscosity.make_mirror(lanes, dim) if implicit and self.no_slip else None
+        self._push = viscosity.make_push(lanes, dim, dense) if implicit else None
+        self.drag, self._grip = viscosity.make_drag(lanes, dim), viscosity.make_grip(lanes, dim)
+        self._nothing = np.empty((0, dim), dtype)
+        self._twin = np.empty((0, self.columns), dtype)
+
+    def set_viscosity(self, near, flow, kind, k, periodic) -> None:
+        """Viscosity [Pa s] of the fluid's rows in `flow`, for the liquid `kind` (n,) of each."""
+        n, MU = len(kind), 2 * self.scene.dimension
+        if self.shears:
+            self.rate = np.empty(n, self.dtype)
+            self.team.run(self._shear, near.bounds, near.groups, flow, kind, self.laws, self.rate, k)
+            periodic.mirror(flow, slice(MU, MU + 1))
+        else:
+            flow[:n, MU] = self.laws[kind, 0]
+
+    def resist(self, near, flow, trial, velocity, k, dt) -> None:
+        """Explicit: velocity (n, dim) and the trial velocities gain dt A(u), u the velocities in `flow`."""
+        self.team.run(
+            self._viscosity, near.bounds, near.groups, flow, trial, velocity, self._nothing, self._nothing, k,
+            self.dtype(dt), self.dtype(1), self.dtype(0),
+        )  # fmt: skip
+
+    def solve(self, near, boundary_near, flow, trial, velocity, walls, k, dt, periodic) -> np.ndarray:
+        """Implicit: velocity (n, dim) gains dt A(u) of the solution u of u = velocity + dt (A(u) + B), B the acceleration
+        by the pressures in `trial`; the fluid's rows of `flow`, which is returned, become u. Without the last step's
+        pressure in the equation, viscosity would hold up part of the weight (van Kan 1986). `boundary_near`: neighbours of the
+        boundary, None without one; `walls` (sum W (b, .), velocity (b, dim))."""
+        n, dim = velocity.shape
+        U = slice(dim, 2 * dim)
+        push = np.zeros((n, dim), self.dtype)
+        self.team.run(self._push, near.bounds, near.groups, trial, push, k)
+        velocity += dt * push
+        now = flow
+        flow[:n, U] = velocity
+        if len(self._twin) != len(flow):
+            self._twin = np.empty_like(flow)
+        new = self._twin
+        periodic.mirror(flow, U)
+        new[:] = flow
+        change, before = np.zeros((2, n, dim), self.dtype)
+        span = 1 + dt * self.decay
+        self.sweeps = viscous_sweeps(span)
+        for alpha, beta in chebyshev(self.sweeps, span).weights:
+            self._reflect(boundary_near, now, n, walls, k)
+            self.team.run(
+                self._viscosity, near.bounds, near.groups, now, new, velocity, change, before, k, self.dtype(dt),
+                self.dtype(alpha * HIGHEST / span), self.dtype(beta),
+            )  # fmt: skip
+            periodic.mirror(new, U)
+            now, new, change, before = new, now, before, change
+        self._reflect(boundary_near, now, n, walls, k)
+        velocity += change - dt * push
+        self._twin = new
+        return now
+
+    def grip(self, boundary_near, flow, first: int, b: int, k) -> np.ndarray:
+        """Growth (b,) [N s/m] of the viscous force on each boundary particle with its velocity."""
+        grip = np.zeros(b)
+        self.team.run(self._grip, boundary_near.bounds, boundary_near.groups, first, flow, grip, k)
+        return grip
+
+    def _reflect(self, boundary_near, flow, first, walls, k) -> None:
+        if self._mirror and boundary_near is not None:
+            self.team.run(self._mirror, boundary_near.bounds, boundary_near.groups, first, flow, *walls, k)
+
+    def fields(self, flow, n: int) -> dict[str, np.ndarray]:
+        """Fields of the fluid particles for the recorders: `viscosity` [Pa s], `eddy_viscosity` [m2/s] (n,)."""
+        fields = {"viscosity": flow[:n, 2 * self.scene.dimension]}
+        if self.eddy:
+            fields["eddy_viscosity"] = self.eddy * self.rate
+        return fields
+
+    @property
+    def nbytes(self) -> int:
+        return self._twin.nbytes + self.rate.nbytes

@@ -1,0 +1,1 @@
+"""What a run leaves behind: log, timeline, run folder, and their readers."""

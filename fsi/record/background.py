@@ -1,0 +1,137 @@
+"""Recording beside the computation: frames are copied into a bounded queue that one thread writes out."""
+
+from __future__ import annotations
+
+import errno
+import time as clock
+from dataclasses import replace
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+
+import numpy as np
+
+from fsi.errors import RunError, SceneError
+from fsi.protocols import BodySet, Event, Frame, Recorder
+from fsi.record.fields import fraction, thinned
+from fsi.scene.model import Scene
+
+QUEUE_LENGTH = 8  # batches; the run waits for the writer beyond it, so that memory stays bounded
+BATCH, BATCH_SECONDS = 32, 0.5  # frames, wall time [s]: every hand-over may cost the run a change of threads
+
+
+def open_recorders(scene: Scene, folder: Path, live: str | None = None) -> list[Recorder]:
+    """Recorders of the streams that the scene asks for; the packages of the others are not imported.
+    `live`: address of a viewer that the timeline is sent to as well."""
+    if live and not scene.output.timeline:
+        raise SceneError("the live view shows the timeline", key="output.timeline", fix="set it to true")
+    streams: list[Recorder] = []
+    if scene.output.mcap:
+        from fsi.record.mcap import McapRecorder
+
+        streams.append(McapRecorder(folder / "run.mcap"))
+    if scene.output.timeline:
+        from fsi.record.timeline import TimelineRecorder
+
+        streams.append(TimelineRecorder(folder / "run.rrd", live))
+    return [Background(streams)] if streams else []
+
+
+class Background:
+    """A recorder that passes copies of all it sees to other recorders, on a thread of its own.
+
+    What goes wrong there is raised as RunError at the next call, at the latest by `end`.
+    """
+
+    def __init__(self, recorders: list[Recorder]):
+        self._recorders = recorders
+        self._queue: Queue = Queue(QUEUE_LENGTH)
+        self._thread: Thread | None = None
+        self._fault: Exception | None = None
+        self._batch: list[Frame] = []
+        self._handed = clock.monotonic()
+
+    def begin(self, scene: Scene, bodies: BodySet | None) -> None:
+        """Open the streams here and now: the bodies' meshes must not be read while MuJoCo steps."""
+        try:
+            for recorder in self._recorders:
+                recorder.begin(scene, bodies)
+        except OSError as fault:
+            raise _run_error(fault) from fault
+        self._scene, self._fraction = scene, None
+        self._thread = Thread(target=self._write, name="recorder", daemon=True)
+        self._thread.start()
+
+    def series(self, frame: Frame) -> None:
+        series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
+        self._batch.append(Frame(frame.time, frame.step, frame.wall_time, series))
+        if len(self._batch) >= BATCH or clock.monotonic() - self._handed > BATCH_SECONDS:
+            self._hand_over_batch()
+
+    def particles(self, frame: Frame) -> None:
+        """Hand over the share of the particles that is drawn."""
+        if self._fraction is None:
+            self._fraction = fraction(self._scene, len(frame.position))
+        self._hand_over("particles", _copy(thinned(frame, self._fraction)))
+
+    def event(self, event: Event) -> None:
+        self._hand_over("event", event)
+
+    def end(self) -> None:
+        """Write out what is queued and close the streams; a second call does nothing."""
+        if self._thread:
+            if self._batch and not self._fault:
+                self._hand_over_batch()
+            self._queue.put(None)
+            self._thread.join()
+            self._thread = None
+            self._raise()
+
+    def _hand_over(self, method: str, *arguments) -> None:
+        if self._batch:
+            self._hand_over_batch()
+        self._raise()
+        self._queue.put([(method, arguments)])
+
+    def _hand_over_batch(self) -> None:
+        self._raise()
+        batch, self._batch, self._handed = self._batch, [], clock.monotonic()
+        self._queue.put([("series", (frame,)) for frame in batch])
+
+    def _raise(self) -> None:
+        if self._fault:
+            raise _run_error(self._fault) from self._fault
+
+    def _write(self) -> None:
+        while (jobs := self._queue.get()) is not None:
+            for method, arguments in jobs:
+                for recorder in self._recorders:
+                    self._try(getattr(recorder, method), *arguments)
+        for recorder in self._recorders:
+            self._try(recorder.end, even_after_fault=True)
+
+    def _try(self, call, *arguments, even_after_fault: bool = False) -> None:
+        # After a fault the queue is still emptied, or the run would wait for it for ever.
+        if self._fault and not even_after_fault:
+            return
+        try:
+            call(*arguments)
+        except Exception as fault:
+            self._fault = self._fault or fault
+
+
+def _run_error(fault: Exception) -> RunError:
+    if isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT):
+        return RunError("the disk is full: the log could not be written; what came before can be read")
+    return RunError(f"the log could not be written: {fault}")
+
+
+def _copy(frame: Frame) -> Frame:
+    """A frame with particles of its own, in single precision: they are drawn only."""
+    single = {
+        name: np.array(array, np.float32)
+        for name in ("position", "velocity", "pressure")
+        if (array := getattr(frame, name)) is not None
+    }
+    fields = {name: np.array(values, np.float32) for name, values in frame.fields.items()}
+    return replace(frame, fields=fields, label=None, **single)

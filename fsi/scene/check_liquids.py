@@ -1,0 +1,55 @@
+"""Checks of the liquids of a scene and of their blocks against each other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from fsi.scene.check_waves import Fault
+from fsi.scene.model import Block, Scene
+
+GAS = 100.0  # density ratio up to which everything is stable
+GAS_MACH = 0.1  # numerics.mach beyond it; measured
+
+
+def all_blocks(scene: Scene) -> dict[str, Block]:
+    """Every block of liquid by its key."""
+    owners = {"fluid": scene.fluid} | {f"liquids.{name}": liquid for name, liquid in scene.liquids.items()}
+    return {f"{key}.blocks[{n}]": block for key, liquid in owners.items() for n, block in enumerate(liquid.blocks)}
+
+
+def liquid_faults(scene: Scene) -> Iterator[Fault]:
+    """Liquids without a place, blocks outside the tank, blocks that overlap."""
+    tank, blocks = scene.tank, all_blocks(scene)
+    for name, liquid in scene.liquids.items():
+        if not liquid.blocks:
+            yield f"liquids.{name}", "is nowhere", f"add [[liquids.{name}.blocks]] with min and max"
+    for key, block in blocks.items():
+        low, high = np.subtract(block.min, tank.min), np.subtract(tank.max, block.max)
+        if min(*low, *high) < -1e-9:
+            span, room = (f"{list(box.min)} to {list(box.max)} m" for box in (block, tank))
+            yield key, f"{span} leaves the tank {room}", "shrink or move it"
+    for (one, a), (two, b) in itertools.combinations(blocks.items(), 2):
+        replaced = one.startswith("fluid.") and not two.startswith("fluid.")  # it takes the fluid's place
+        if not replaced and (np.maximum(a.min, b.min) + 1e-9 < np.minimum(a.max, b.max)).all():
+            yield two, f"overlaps {one}", "let blocks touch but not overlap"
+
+
+def liquid_warnings(scene: Scene) -> list[str]:
+    """What is allowed but likely not meant, one line each."""
+    density = [liquid.density for liquid in scene.all_liquids]
+    ratio, numerics = max(density) / min(density), scene.numerics
+    if ratio <= GAS:
+        return []
+    warnings = []
+    if numerics.mach > GAS_MACH:
+        warnings.append(f"numerics.mach: {numerics.mach:g} with a density ratio of {ratio:.3g}; use {GAS_MACH} or less")
+    if numerics.solver == "converged":
+        warnings.append(f"numerics.solver: 'converged' is unstable at a density ratio of {ratio:.3g}; use 'chebyshev'")
+    if scene.closed:
+        warnings.append(
+            f"fluid.still_water_level: a full tank is unstable at a density ratio of {ratio:.3g}; leave room under its lid"
+        )
+    return warnings

@@ -1,0 +1,101 @@
+"""Validation errors in the words of the scene: `file: key: fault; fix`."""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+from typing import get_args
+
+from pydantic import BaseModel, ValidationError
+
+from fsi.errors import SceneError
+from fsi.scene.model import Scene
+
+SHAPES = {  # pydantic's type of error -> what should be there
+    "tuple_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "union_tag_not_found": "a table",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "a string",
+    "finite_number": "a finite number",
+}
+
+
+def fault_lines(errors: ValidationError, data: dict, file: object, root: type[BaseModel] = Scene) -> list[str]:
+    """One line for each error; `data` is what was validated as a `root`."""
+    lines = []
+    for error in errors.errors(include_url=False):
+        place = _place(error, data)
+        fault, fix = _explain(error, place, root)
+        lines.append(str(SceneError(fault, key=_key(place), file=file, fix=fix)))
+    return lines
+
+
+def _place(error: dict, data) -> list:
+    """The steps to the error that are in the file: pydantic also lists the branch that it took in a union."""
+    place = []
+    for step in error["loc"]:
+        if step in data if isinstance(data, dict) else isinstance(data, list) and step in range(len(data)):
+            data = data[step]
+            place.append(step)
+    return [*place, error["loc"][-1]] if error["type"] == "missing" else place
+
+
+def _key(place: list) -> str:
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
+
+
+def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]:
+    """Fault and fix of one error."""
+    kind, given, context = error["type"], error["input"], error.get("ctx", {})
+    if kind == "extra_forbidden":
+        key, known = (
+            str(place[-1]),
+            _known_keys(place[:-1], root),
+        )  # of all kinds of the part: the key may belong to another
+        return "unknown key", _choice(key, [k for k in known if k != key], "known are {}")
+    if kind == "missing":
+        return "missing", "add it"
+    if kind == "literal_error":
+        allowed = [text or number for text, number in re.findall(r"'([^']*)'|(\d+)", context["expected"])]
+        return f"{given!r} is not one of {', '.join(allowed)}", _choice(str(given), allowed, "use one of them")
+    if kind == "union_tag_invalid":
+        allowed = re.findall(r"'([^']*)'", context["expected_tags"])
+        fault = f"the kind {context['tag']!r} is not one of {', '.join(allowed)}"
+        return fault, _choice(context["tag"], allowed, "use one of them")
+    if kind == "value_error":
+        fault, _, fix = str(context["error"]).partition("; ")
+        return fault, fix
+    if kind in SHAPES:
+        return f"{given!r} should be {SHAPES[kind]}", ""
+    demand = error["msg"].partition("should ")[2].partition(" after validation")[0]
+    return f"{given!r} should {demand}" if demand else f"{given!r}: {error['msg']}", ""
+
+
+def _choice(given: str, known: list[str], otherwise: str) -> str:
+    """The fix for a word that is not known."""
+    close = get_close_matches(given, known, n=1)
+    return f"did you mean {close[0]}?" if close else otherwise.format(", ".join(known))
+
+
+def _known_keys(place: list, root: type[BaseModel]) -> list[str]:
+    """The keys of the part of `root` at `place`."""
+    parts = [root]
+    for step in place:
+        inner = [p for part in parts if step in part.model_fields for p in _parts(part.model_fields[step].annotation)]
+        parts = inner or parts
+    return sorted({key for part in parts for key in part.model_fields})
+
+
+def _parts(annotation) -> list[type[BaseModel]]:
+    """Every part of a scene that a type annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [part for inner in get_args(annotation) for part in _parts(inner)]

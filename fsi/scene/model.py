@@ -1,0 +1,331 @@
+"""A scene: everything that defines a run, as frozen and validated values with every default visible.
+
+SI units; z is up and z = 0 is the still water level unless `fluid.still_water_level` says otherwise. In two dimensions
+points are (x, z), in three (x, y, z). A scene says what is there; `fsi.particles.layout` turns it into particles.
+
+Values are checked here one by one, against each other in `fsi.scene.check`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from fsi.scene.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
+from fsi.scene.waves import DampingZone, Waves
+
+
+class Box(Part):
+    """An axis-aligned box from `min` to `max` [m]."""
+
+    min: Point
+    max: Point
+
+    @model_validator(mode="after")
+    def _ordered(self):
+        if len(self.min) != len(self.max):
+            raise ValueError(f"min has {len(self.min)} and max {len(self.max)} components; give both the same number")
+        if any(a >= b for a, b in zip(self.min, self.max, strict=True)):
+            raise ValueError(f"min {list(self.min)} must lie below max {list(self.max)} on every axis; swap them")
+        return self
+
+
+class Tank(Box):
+    """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
+
+    walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
+    periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
+    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
+    width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
+
+    @property
+    def axes(self) -> str:
+        """Names of the axes in the order of the coordinates."""
+        return "xyz" if len(self.min) == 3 else "xz"
+
+
+class Block(Box):
+    """A box of fluid at the start, with a uniform velocity [m/s]."""
+
+    velocity: tuple[Number, ...] | None = None
+
+
+class Rheology(Part):
+    """Viscosity that falls with the shear rate s (Cross 1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s).
+
+    Give K, or a yield stress tau for a Bingham plastic with K = mu_0 / tau; mu_0 is then how stiff it is below it."""
+
+    mu_inf: NonNegative  # at large shear rates [Pa s]
+    mu_0: Positive | None = None  # at rest [Pa s]; 1000 mu_inf if not given
+    yield_stress: Positive | None = None  # tau [Pa]
+    cross_time: Positive | None = None  # K [s]
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if (self.yield_stress is None) == (self.cross_time is None):
+            raise ValueError("needs either yield_stress or cross_time; give one of the two")
+        if self.rest_viscosity <= self.mu_inf:
+            raise ValueError(f"mu_0 must lie above mu_inf {self.mu_inf:g} Pa s; raise mu_0")
+        return self
+
+    @property
+    def rest_viscosity(self) -> float:
+        """mu_0 [Pa s]."""
+        return 1000 * self.mu_inf if self.mu_0 is None else self.mu_0
+
+    @property
+    def time(self) -> float:
+        """K [s]."""
+        return self.rest_viscosity / self.yield_stress if self.cross_time is None else self.cross_time
+
+
+class Liquid(Part):
+    """A liquid, and the blocks of it at t = 0."""
+
+    density: Positive = 1000.0  # [kg/m3]
+    kinematic_viscosity: NonNegative = 1e-6  # [m2/s]
+    rheology: Rheology | None = None  # in place of kinematic_viscosity
+    blocks: tuple[Block, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_viscosity(self):
+        if self.rheology and self.kinematic_viscosity != 1e-6:
+            raise ValueError("has a kinematic_viscosity and a rheology; remove one of them")
+        return self
+
+
+class Fluid(Liquid):
+    """The main liquid. Without blocks, it fills the tank up to `still_water_level`, around the blocks of the others."""
+
+    still_water_level: Number = 0.0  # [m]
+    acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
+    acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
+    start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
+
+
+class Gauge(Part):
+    """Wave gauge: free-surface elevation above still water on the vertical through `x` (and `y`)."""
+
+    x: Number
+    y: Number = 0.0
+
+
+class Probe(Part):
+    """Pressure probe at a point [m]."""
+
+    position: Point
+
+
+class LinearPto(Part):
+    """Power take-off: spring and damper along a joint."""
+
+    kind: Literal["linear"] = "linear"
+    damping: NonNegative = 0.0  # [N s/m], of a hinge [N m s/rad]
+    stiffness: Number = 0.0  # [N/m], of a hinge [N m/rad]; below zero for a reactive control
+    rest: Number = 0.0  # joint position without spring force [m, rad]
+
+
+class LatchingPto(LinearPto):
+    """Spring and damper that hold the joint for a while whenever it comes to rest."""
+
+    kind: Literal["latching"]
+    hold: Positive  # [s]
+    least_speed: Positive = 1e-3  # that a swing must have reached for its end to be held [m/s, rad/s]
+
+
+class CoulombPto(Part):
+    """Power take-off of constant force against the motion; it holds the joint as long as less than that drives it."""
+
+    kind: Literal["coulomb"]
+    force: Positive  # [N], of a hinge [N m]
+
+
+class TablePto(Part):
+    """Power take-off of a force that depends on velocity, from a table: columns velocity [m/s, rad/s] and force on the
+    joint [N, N m], commas, a header line; beyond its ends the outermost slopes go on."""
+
+    kind: Literal["table"]
+    file: FilePath
+
+
+class PythonPto(Part):
+    """Power take-off of a user's own: `FILE.py:NAME` is a function of time, joint position and velocity that returns the
+    force on the joint. It is called several times a step, and must give the same answer each time."""
+
+    kind: Literal["python"]
+    function: FilePath
+
+
+def _pto_kind(pto) -> str | None:
+    return pto.get("kind", "linear") if isinstance(pto, dict) else getattr(pto, "kind", None)
+
+
+Pto = Annotated[
+    Annotated[LinearPto, Tag("linear")]
+    | Annotated[LatchingPto, Tag("latching")]
+    | Annotated[CoulombPto, Tag("coulomb")]
+    | Annotated[TablePto, Tag("table")]
+    | Annotated[PythonPto, Tag("python")],
+    Discriminator(_pto_kind),
+]
+
+
+def _pto_count(pto) -> str:
+    tables = isinstance(pto, dict) and all(isinstance(value, dict | Part) for value in pto.values())
+    return "by joint" if tables else "one"
+
+
+Ptos = Annotated[Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)]
+
+
+class BodyFile(Part):
+    """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
+
+    mjcf: FilePath
+    position: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)  # of the file's world origin in the tank [m]
+    glued_layers: Annotated[int, Field(ge=0, le=3)] = (
+        0  # of fluid, in the gap to fixed wet geoms, that move with the body
+    )
+    pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
+
+
+class Oscillation(Part):
+    """Prescribed motion of one joint: amplitude sin(omega t) under a cosine ramp (m or rad)."""
+
+    amplitude: Number
+    omega: Positive  # [rad/s]
+    ramp: NonNegative = 0.0  # [s]
+
+
+class MotionTable(Part):
+    """Prescribed motion of one joint from a table: columns time [s] and position [m or rad]."""
+
+    file: FilePath
+
+
+def _motion_kind(motion) -> str:
+    return "table" if isinstance(motion, MotionTable) or (isinstance(motion, dict) and "file" in motion) else "formula"
+
+
+Motion = Annotated[
+    Annotated[Oscillation, Tag("formula")] | Annotated[MotionTable, Tag("table")], Discriminator(_motion_kind)
+]
+
+
+class CouplerSettings(Part):
+    """How the fluid and the bodies exchange force and motion (`couplers/`)."""
+
+    scheme: Literal["added_mass", "fixed_point", "lagged", "prescribed"] = "added_mass"  # docs/coupling.md
+    tolerance: Positive = 1e-6  # of the settled acceleration, relative
+    motion: dict[str, Motion] = {}  # joint name -> motion, for `prescribed`
+
+
+ACCURACY = {  # defaults that differ from those of `normal`
+    "draft": {"smoothing_ratio": 1.5, "mach": 0.3},
+    "fine": {
+        "mach": 0.1,
+        "courant": 0.1,
+        "artificial_viscosity": 0.01,
+    },  # which acts by the speed of sound, twice as high
+}
+
+
+class Numerics(Part):
+    """The scheme; every figure's reason is in docs/numerics.md. `accuracy` chooses the defaults of what it trades for time;
+    a key that is given holds."""
+
+    accuracy: Literal["draft", "normal", "fine"] = "normal"
+    smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing
+    solver: Literal["explicit", "chebyshev", "converged"] = "chebyshev"  # pressure sweeps: Jacobi's, Chebyshev's, all
+    sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
+    pressure_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5  # of `converged`: last change over the largest value
+    precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
+    viscosity: Literal["laminar", "none"] = "laminar"
+    wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
+    viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
+    turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
+    smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
+    artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
+    density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
+    shifting: Annotated[float, Field(ge=0, le=0.7)] | None = (
+        None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
+    )
+    wall_guard: Annotated[float, Field(ge=0, lt=1)] = (
+        0.7  # distance [spacing] to a wall particle that a fluid particle keeps; 0 is off
+    )
+    mach: Annotated[float, Field(gt=0, le=1)] = 0.2  # sqrt(g depth) over the numerical sound speed
+    courant: Annotated[float, Field(gt=0, le=1)] = 0.2  # max speed * time step / smoothing length
+    max_time_step: Positive | None = None  # [s]
+    fixed_time_step: Positive | None = None  # [s]; switches the adaptive step off
+
+    @model_validator(mode="before")
+    @classmethod
+    def _defaults(cls, values):
+        if isinstance(values, dict) and isinstance(values.get("accuracy"), str):
+            return ACCURACY.get(values["accuracy"], {}) | values
+        return values
+
+
+FieldName = Literal["pressure", "speed", "viscosity", "eddy_viscosity", "liquid"]  # see fsi.record.fields
+
+
+class Output(Part):
+    """What is logged and how often."""
+
+    series: NonNegative = 0.01  # time series: bodies, joints, gauges, probes, energies [s]; 0 is off
+    particles: NonNegative = 0.1  # particle snapshots on the timeline [s]; 0 is off
+    fields: tuple[FieldName, ...] = ("pressure",)  # that colour them, the first in view
+    fraction: Annotated[float, Field(gt=0, le=1)] | None = None  # of the particles drawn; None: as the limit allows
+    particles_limit: Positive = 100.0  # size of all snapshots of a run, for a fraction of None [MB]
+    cloud: bool = False  # snapshots in run.mcap too, as foxglove.PointCloud
+    mcap: bool = True  # write run.mcap
+    timeline: bool = True  # write run.rrd
+
+
+class Scene(Part):
+    """Everything that defines a run."""
+
+    name: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "scene"  # also of the run folder
+    description: str = ""  # one line, for `fsi cases`
+    dimension: Literal[2, 3] = 2
+    spacing: Positive  # particle spacing dr [m]
+    duration: Positive  # simulated time [s]
+    gravity: NonNegative = 9.81  # [m/s2]
+    tank: Tank
+    fluid: Fluid = Fluid()
+    liquids: dict[str, Liquid] = {}  # others beside it, by name; their blocks take its place
+    waves: Waves | None = None
+    damping: tuple[DampingZone, ...] = ()
+    gauges: dict[str, Gauge] = {}
+    probes: dict[str, Probe] = {}
+    bodies: dict[str, BodyFile] = {}
+    coupler: CouplerSettings = CouplerSettings()
+    numerics: Numerics = Numerics()
+    output: Output = Output()
+
+    @property
+    def smoothing_length(self) -> float:
+        """h [m]; the kernel's support is 2 h."""
+        return self.numerics.smoothing_ratio * self.spacing
+
+    @property
+    def all_liquids(self) -> tuple[Liquid, ...]:
+        """The fluid, then the others in their order."""
+        return (self.fluid, *self.liquids.values())
+
+    @property
+    def closed(self) -> bool:
+        """True where the fluid fills the tank and has no free surface."""
+        return not self.fluid.blocks and self.fluid.still_water_level == self.tank.max[-1]
+
+    @property
+    def shifting(self) -> float:
+        """Coefficient of the particle shift; 0 is off."""
+        return (0.5 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
+
+    @property
+    def layers(self) -> int:
+        """Boundary particle layers that fill the kernel's support."""
+        return math.ceil(2 * self.numerics.smoothing_ratio - 1e-9)

@@ -1,0 +1,286 @@
+"""The run: owns the loop, and binds fluid, bodies, coupler and recorders."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from fsi.compute.team import Team
+from fsi.errors import RunError
+from fsi.fluid.fluid import Fluid
+from fsi.fluid.timestep import TimeStep, to_reach
+from fsi.particles.layout import FIRST_BODY, build
+from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
+from fsi.scene.model import Scene
+from fsi.simulation.balance import Balance
+from fsi.simulation.events import Watch
+from fsi.simulation.motion import Motion, Movers
+from fsi.simulation.stability import Stability
+from fsi.sph import corrector
+from fsi.waves import piston
+
+
+class BodyLoads:
+    """The fluid as a coupler sees it (`FluidLoads`): the bodies alone, without walls and wavemaker.
+
+    `carried` (b, 6): force that the wall guard's impulses of the last step amount to. `updates` and `responses` count
+    the pressure updates and the linear responses that were asked for.
+    """
+
+    def __init__(self, fluid: Fluid, others: np.ndarray, carried: np.ndarray):
+        self.fluid, self.others, self.carried = fluid, others, carried
+        self.updates = self.responses = 0
+
+    def pressure(self, acceleration: np.ndarray) -> np.ndarray:
+        self.updates += 1
+        return self.fluid.pressure(np.concatenate([self.others, acceleration]))[FIRST_BODY:] + self.carried
+
+    def respond(self, acceleration: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self.updates += 1
+        self.responses += len(units)
+        units = np.concatenate([np.zeros((len(units), *self.others.shape)), units], axis=1)
+        wrench, changes, wrenches = self.fluid.respond(np.concatenate([self.others, acceleration]), units)
+        return wrench[FIRST_BODY:] + self.carried, changes, wrenches[:, FIRST_BODY:]
+
+    def add(self, response: np.ndarray, factor: float) -> None:
+        self.fluid.add(response, factor)
+
+
+class Simulation:
+    """A run of a scene.
+
+    `bodies` and `coupler` come together or not at all; `ground` is the bathymetry. Raises SceneError where the scene
+    cannot be laid out, RunError where the run fails.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        bodies: BodySet | None = None,
+        coupler: Coupler | None = None,
+        ground: Solid | None = None,
+        recorders: Sequence[Recorder] = (),
+        threads: int | None = None,
+    ):
+        self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
+        layout = build(scene, bodies, ground)
+        self.team = Team(threads)
+        self.fluid = Fluid(scene, layout, self.team)
+        self.movers = self._movers(layout.depth)
+        self.glue = None
+        if layout.glued is not None:
+            from fsi.simulation.glue import Glue
+
+            self.glue = Glue(self.fluid, bodies, layout.glued)
+        self.balance = Balance(scene, self.fluid, bodies)
+        self.time, self.dt, self.step_count = 0.0, 0.0, 0
+        self._notes = list(layout.notes)
+        self.phases: dict[str, float] = defaultdict(float)
+        self._limits = TimeStep(scene, layout.depth)
+        self._notes += self._limits.notes
+        self._speed = float(np.sqrt((layout.velocity**2).sum(1).max(initial=0.0)))
+        self._acceleration = scene.gravity
+        self._stopped = np.zeros((self.fluid.owners, 6))  # impulse of the wall guard, not yet handed to its owners
+        self._passes = np.zeros(3)  # pressure updates, linear responses, most updates in a step
+        self._due = {"series": 0.0, "particles": 0.0}
+        self._stability = Stability(self)
+        self.events: list[Event] = []
+        self._watch = Watch(scene, layout.depth, bodies)
+        self._began = clock.perf_counter()
+
+    def _movers(self, depth: float) -> Movers:
+        waves, absorber = self.scene.waves, None
+        motion = piston(waves, depth, self.scene.gravity) if waves else None
+        if waves and waves.absorb:
+            from fsi.simulation.absorber import Absorber
+
+            absorber = Absorber(self.scene, motion, depth)
+        return Movers(self.fluid, motion, self.bodies, absorber)
+
+    # -------------------------------------------------------------------------------------- the loop
+
+    def run(self, until: float | None = None, on_step: Callable[[Simulation], None] | None = None) -> None:
+        """Advance to `until` [s] (the scene's duration if not given); on_step is called after each step."""
+        until = self.scene.duration if until is None else until
+        if self.step_count == 0:
+            for recorder in self.recorders:
+                recorder.begin(self.scene, self.bodies)
+        while self.time < until * (1 - 1e-12):
+            self.step(until)
+            if on_step:
+                on_step(self)
+
+    def step(self, until: float = math.inf) -> None:
+        """One coupled step, in the order of the data."""
+        if self.step_count == 0 and self.bodies:
+            self._speed = max(self._speed, self._stability.fastest_body())
+        dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
+        logged = [name for name, due in self._due.items() if self.time + dt >= due + self._interval(name) * 0.999]
+        with self._phase("neighbours"):
+            motion = self.movers.place(self.time, dt)
+            self.fluid.begin(dt, motion.centre, motion.twist, motion.smooth)
+        if self.step_count == 0:
+            self._start(motion)
+        with self._phase("predictor"):
+            self.fluid.predict()
+        with self._phase("pressure"):
+            wrench = self._exchange(motion, dt)
+        with self._phase("corrector"):
+            if "series" in logged and self.recorders:
+                self.balance.open_audit()
+            sums, impulse = self.fluid.correct()
+            if self.glue:
+                self.glue.hold(sums, impulse)
+        self.time += dt
+        self.step_count += 1
+        self._close(sums, impulse, wrench, motion, dt)
+        with self._phase("record"):
+            for event in self._watch(
+                self.now, dt, wrench[FIRST_BODY:, :3], self._limits.previous or dt, self._limits.reason
+            ):
+                self._tell(event)
+            for name in logged:
+                self._record(name)
+
+    def _start(self, motion: Motion) -> None:
+        """Pressure at t = 0, and the first frame."""
+        if self.scene.fluid.start == "converged":
+            with self._phase("start"):
+                acceleration = np.zeros((self.fluid.owners, 6))
+                acceleration[: len(motion.others)] = motion.others
+                moving = self.fluid.boundary_velocity.copy()
+                self.fluid.boundary_velocity[:] = 0.0  # what moves already sets the fluid going in the steps to come
+                self.fluid.begin(self.dt, motion.centre, np.zeros_like(motion.twist))
+                self.fluid.settle(acceleration)
+                self.fluid.boundary_velocity[:] = moving
+                self.fluid.begin(self.dt, motion.centre, motion.twist, motion.smooth)
+        with self._phase("record"):
+            for name in self._due:
+                self._record(name)
+
+    def _exchange(self, motion: Motion, dt: float) -> np.ndarray:
+        """Pressure, and with it the motion of the bodies; the wrench (owners, 6) over the step."""
+        if self.coupler is None:
+            return self.fluid.pressure(motion.others)
+        loads = BodyLoads(self.fluid, motion.others, self._stopped[FIRST_BODY:] / dt)
+        try:
+            settled = self.coupler.step(loads, self.bodies, self.time, dt)
+        except RunError as fault:
+            raise self._stability.failed(fault) from fault
+        self.movers.follow()
+        self._passes[:2] += loads.updates, loads.responses
+        self._passes[2] = max(self._passes[2], loads.updates)
+        wrench = self.fluid.wrench(viscous=True) if self.movers.piston else np.zeros((self.fluid.owners, 6))
+        wrench[FIRST_BODY:] = settled
+        return wrench
+
+    def _close(self, sums, impulse, wrench, motion: Motion, dt: float) -> None:
+        """Book the step and find out whether the run still stands."""
+        new_twist = motion.twist + 0.0
+        if self.movers.piston:
+            new_twist[: len(motion.others)] += dt * motion.others
+        if self.bodies:
+            new_twist[FIRST_BODY:] = self.bodies.motion().velocity
+        self.balance.close(sums, impulse, wrench, motion.twist, new_twist, dt)
+        self._stopped = impulse
+        self._speed = max(self.balance.max_speed, self.movers.speed())
+        self._acceleration = math.sqrt(sums[corrector.ACCELERATION2])
+        finite = bool(np.isfinite(sums).all() and np.isfinite(wrench).all())
+        before, after, load = (array[FIRST_BODY:] for array in (motion.twist, new_twist, wrench))
+        self._stability.check(before, after, load, finite, self._speed)
+
+    # -------------------------------------------------------------------------------------- watching
+
+    @property
+    def now(self) -> Moment:
+        return Moment(self.time, self.step_count, clock.perf_counter() - self._began)
+
+    def report(self, level: str, text: str) -> None:
+        """An event now (`fsi.simulation.events`), for the recorders and `run.json`."""
+        self._tell(Event(self.now, level, text))
+
+    def finish(self, level: str, text: str) -> None:
+        """The last events of a run: what was still going on, the warnings, and how it ended."""
+        for event in self._watch.finish(self.now):
+            self._tell(event)
+        for line in self.warnings:
+            self.report("warning", line)
+        self.report(level, text)
+
+    def _tell(self, event: Event) -> None:
+        self.events.append(event)
+        for recorder in self.recorders:
+            recorder.event(event)
+
+    @contextmanager
+    def _phase(self, name: str):
+        start = clock.perf_counter()
+        yield
+        self.phases[name] += clock.perf_counter() - start
+
+    def _interval(self, stream: str) -> float:
+        interval = getattr(self.scene.output, stream)
+        return interval if interval > 0 and self.recorders else math.inf
+
+    def _record(self, stream: str) -> None:
+        """Hand the state to the recorders; the next frame is due one interval on."""
+        interval = self._interval(stream)
+        if math.isinf(interval):
+            return
+        if self.step_count:
+            self._due[stream] = interval * math.floor(self.time / interval + 1e-3)
+        frame = Frame(*self.now)
+        if stream == "series":
+            frame.series = self.balance.series()
+        else:
+            frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
+            frame.pressure, frame.label, frame.fields = self.fluid.pressure_values, self.fluid.label, self.fluid.fields
+        self._stability.logged = self.time
+        for recorder in self.recorders:
+            (recorder.series if stream == "series" else recorder.particles)(frame)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know of this run so far."""
+        return self._notes + [note for part in (self.bodies, self.coupler) if part for note in part.notes]
+
+    @property
+    def threads(self) -> int:
+        return self.team.threads
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Particles by kind; `body` holds the wavemaker and the bodies."""
+        walls = int(self.fluid.of_owner(0).stop)
+        return {"fluid": self.fluid.count, "wall": walls, "body": len(self.fluid.owner) - walls}
+
+    @property
+    def memory_bytes(self) -> int:
+        return self.fluid.nbytes
+
+    def coupling(self) -> dict:
+        """How fluid and bodies were coupled, for `run.json`; empty without bodies. Passes are means per step;
+        `added_mass_ratio` is the added over the own inertia of each body as last measured."""
+        if self.bodies is None:
+            return {}
+        updates, responses = self._passes[:2] / max(self.step_count, 1)
+        ratios = self.coupler.mass_ratio(self.bodies)
+        return {
+            "scheme": self.scene.coupler.scheme,
+            "pressure_updates": updates,
+            "most_pressure_updates": int(self._passes[2]),
+            "linear_responses": responses,
+            "added_mass_ratio": dict(zip(self.bodies.names, ratios.tolist(), strict=True))
+            if ratios is not None
+            else {},
+        }
+
+    def audit(self) -> dict:
+        """Balance of energy and momentum, for `run.json`."""
+        return self.balance.audit()

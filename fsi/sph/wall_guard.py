@@ -1,0 +1,150 @@
+"""The wall guard: keeps fluid particles off the wall particles, whatever their arrangement.
+
+Wall particles within `REACH` spacings crowd a fluid particle by phi = sum (1 - r^2 / R^2)^2, R = REACH spacings. The level of
+phi that a lone wall particle causes at a distance of `guard` = 0.7 is reached 0.70 to 0.74 spacings above a row or a
+square lattice of them: the surface that a particle may not pass is almost flat, has no pockets in which particles would
+catch, and closes holes of a whole spacing. A particle that starts beyond it may move along its own level.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+from fsi.compute.jit import helper
+
+REACH = 1.25  # spacings over which wall particles crowd
+PIECE = 0.2  # spacings; the way of a step is followed in pieces no longer than that
+ROUNDS = 4  # of correction at most after each piece
+AIM = 0.999  # share of the level allowed that a correction aims at; more than all of it, and short steps would add up
+SQUEEZED = (
+    0.25  # gradient over the sum of its parts' sizes, below which walls on both sides leave a particle no way out
+)
+
+
+def level(guard: float) -> float:
+    """phi at the distance `guard` [spacing] from a lone wall particle; infinite where the guard is off."""
+    return (1.0 - (guard / REACH) ** 2) ** 2 if guard > 0 else math.inf
+
+
+@cache
+def make_guard(dim: int):
+    """`bend(x, way, walls, account, k, dt, room)`: the way of a particle in this step, bent so that it does not end where
+    phi is above the level.
+
+    x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
+    list[near:far] - first. account: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
+    owners, added with its moment to taken (owners, 6)."""
+    DIM = dim
+
+    @helper(dim)
+    def closeness_to(b, x, way, walls, k, time, apart):
+        """1 - r^2 / R^2 to wall particle b, when it has moved for `time` and the particle for `way`; the vector from it
+        into `apart`."""
+        close = 1.0
+        for d in range(DIM):
+            apart[d] = x[d] + way[d] - walls[4][b, d] - time * walls[5][b, d]
+            close -= apart[d] * apart[d] * k.guard_reach2
+        return close
+
+    @helper(dim)
+    def crowding(x, way, walls, owner, last, k, time, gradient, apart):
+        """phi of the walls of owners up to the `last` after a part of the way, and the sum of the sizes of its gradient's
+        parts; the gradient into `gradient`."""
+        phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
+        gradient[:] = 0.0
+        for n in range(near, far):
+            b = lst[n] - first
+            close = closeness_to(b, x, way, walls, k, time, apart)
+            if close > 0.0 and owner[b] <= last:
+                phi += close * close
+                parts += 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close))  # as r / R = sqrt(1 - close)
+                for d in range(DIM):
+                    gradient[d] -= 4.0 * k.guard_reach2 * close * apart[d]
+        return phi, parts
+
+    @helper(dim)
+    def push(x, way, walls, account, last, k, time, size, gradient, apart):
+        """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
+        its owner."""
+        near, far, lst, first, _, _ = walls
+        owner, centre, weight, taken = account
+        for n in range(near, far):
+            b = lst[n] - first
+            close = closeness_to(b, x, way, walls, k, time, apart)
+            if close > 0.0 and owner[b] <= last:
+                for d in range(DIM):
+                    part = 4.0 * size * k.guard_reach2 * close * apart[d]
+                    take_moment(d, -weight * part, x, owner[b], centre, taken)
+        for d in range(DIM):
+            way[d] -= size * gradient[d]
+
+    @helper(dim)
+    def take_moment(d, impulse, x, o, centre, taken):
+        """Add an impulse along d at x to what owner o has taken, and its moment about the owner's centre."""
+        axis = 2 if d == DIM - 1 else d
+        taken[o, axis] += impulse
+        for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
+            axis_a = 2 if a == DIM - 1 else a
+            if axis_a != axis:
+                sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
+                taken[o, 3 + 3 - axis - axis_a] += sign * (x[a] - centre[o, a]) * impulse
+
+    @helper(dim)
+    def longest(x, way, walls, k, dt):
+        """The longest way [m] of the particle relative to the wall particles that it might reach."""
+        length2, (near, far, lst, first, boundary, boundary_velocity) = 0.0, walls
+        for n in range(near, far):
+            b, distance2, way2 = lst[n] - first, 0.0, 0.0
+            for d in range(DIM):
+                distance2 += (x[d] - boundary[b, d]) ** 2
+                way2 += (way[d] - dt * boundary_velocity[b, d]) ** 2
+            if distance2 < k.guard2:
+                length2 = max(length2, way2)
+        return math.sqrt(length2)
+
+    @helper(dim)
+    def hold(x, way, walls, account, last, allowed, k, time, gradient, apart):
+        """Move the end of the way until the walls of owners up to the `last` crowd it no more than `allowed`; returns
+        whether it moved, and whether walls on both sides left no way out."""
+        moved = False
+        for _ in range(ROUNDS):
+            phi, parts = crowding(x, way, walls, account[0], last, k, time, gradient, apart)
+            if phi <= allowed:
+                break
+            slope2 = 0.0
+            for d in range(DIM):
+                slope2 += gradient[d] * gradient[d]
+            steep2 = max(slope2, (SQUEEZED * parts) ** 2)
+            size = min((phi - AIM * allowed) / steep2, k.guard_piece / math.sqrt(steep2))
+            push(x, way, walls, account, last, k, time, size, gradient, apart)
+            moved = True
+            if steep2 > slope2:
+                return True, True
+        return moved, False
+
+    @helper(dim)
+    def bend(x, way, walls, account, k, dt, room):
+        """Returns whether the way had to be bent; `room` (4, DIM) is scratch. A particle that a body squeezes against the
+        tank stays in the tank."""
+        done, gradient, apart, start = room[0], room[1], room[2], room[3]
+        done[:], start[:] = 0.0, 0.0
+        every, ground = account[1].shape[0], 0  # the last owner whose walls count
+        allowed = max(k.guard_level, crowding(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
+        pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
+        bent = False
+        for p in range(1, pieces + 1):
+            for d in range(DIM):
+                done[d] += way[d] / pieces
+            time = dt * p / pieces
+            moved, squeezed = hold(x, done, walls, account, every, allowed, k, time, gradient, apart)
+            if squeezed:
+                inside = max(k.guard_level, crowding(x, start, walls, account[0], ground, k, 0.0, gradient, apart)[0])
+                hold(x, done, walls, account, ground, inside, k, time, gradient, apart)
+            bent = bent or moved
+        if bent:
+            for d in range(DIM):
+                way[d] = done[d]
+        return bent
+
+    return bend
