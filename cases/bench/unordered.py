@@ -23,7 +23,8 @@ from fsi.compute.lanes import at, claim, load, other, own, own_vector, zero
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
 from fsi.particles.neighbours import W
-from fsi.sph.predictor import DIAGONAL, SOURCE, make_sweep, make_weight
+from fsi.sph.columns import DIAGONAL, SOURCE
+from fsi.sph.pressure import make_sweep, make_weight
 
 FLAGS = ("reassoc", "nnan", "ninf", "nsz", "contract")
 

@@ -9,7 +9,7 @@ from fsi.fluid.fluid import Fluid
 from fsi.particles.layout import Layout
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
-from fsi.sph.predictor import DIAGONAL, SOURCE
+from fsi.sph.columns import DIAGONAL, SOURCE
 
 REST = np.zeros((2, 6))
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]

@@ -5,7 +5,7 @@ import pytest
 from tanks import pairs, random_fluid
 
 from fsi.sph import kernel
-from fsi.sph.predictor import DEFICIT, DIAGONAL
+from fsi.sph.columns import DEFICIT, DIAGONAL
 
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
 REST = np.zeros((2, 6))

@@ -7,7 +7,7 @@ from tanks import still_tank
 from fsi.compute.team import Team
 from fsi.fluid.fluid import Fluid
 from fsi.particles.layout import Layout
-from fsi.sph.predictor import SUPPORT
+from fsi.sph.columns import SUPPORT
 from fsi.sph.wall_guard import REACH, level
 
 DR, STEP = 0.1, 1e-3

@@ -8,7 +8,8 @@ from test_motions import DEPTH, EVERY_KIND, G, sea
 
 from fsi.scene.model import Scene
 from fsi.scene.waves import SolitaryWave
-from fsi.waves import absorber, piston, piston_transfer, reach, wavenumber
+from fsi.simulation import absorber
+from fsi.waves import piston, piston_transfer, reach, wavenumber
 from fsi.waves.linear import evanescent
 from fsi.waves.surface import bound_harmonic, surface
 
