@@ -16,6 +16,7 @@ import numpy as np
 
 from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
+from fsi.tables import read_table
 
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
 
@@ -212,13 +213,7 @@ def _make(settings: object, key: str, source: object):
 
 
 def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
-    fix = "give velocity and force in two comma-separated columns under one header line, sorted by velocity"
-    try:
-        rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
-    except (OSError, ValueError) as fault:
-        raise SceneError(str(fault), file=file, fix=fix) from None
-    if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2 or (np.diff(rows[:, 0]) <= 0).any():
-        raise SceneError(f"not a table of velocity and force; its shape is {rows.shape}", file=file, fix=fix)
+    rows = read_table(file, ("velocity", "force"), 2)
     return rows[:, 0], rows[:, 1]
 
 

@@ -12,7 +12,7 @@ from fsi.errors import SceneError
 from fsi.scene.check_liquids import all_blocks, liquid_faults, liquid_warnings
 from fsi.scene.check_waves import Fault, water_depth, wave_faults, wave_warnings
 from fsi.scene.model import Box, Scene
-from fsi.waves import read_motion_table
+from fsi.waves import TablePiston
 
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 
@@ -176,9 +176,15 @@ def _files(scene: Scene) -> Iterator[Fault]:
             yield key, f"no such file: {path}", "check the path; it is relative to the scene file"
         elif key in tables:
             try:
-                read_motion_table(path)
+                motion = TablePiston(path)
             except SceneError as error:
                 yield key, error.fault, error.fix
+                continue
+            start = float(motion(0.0)[0])
+            if key == "waves.file" and abs(start) > 1e-6 * max(map(abs, motion.reach)):
+                first = f"the first row is {motion.t[0]:g}, {motion.x[0]:g}"
+                fault = f"column position: {first}, so the piston begins at {start:.4g} m, and the wall is at 0"
+                yield key, fault, f"add {-start:.4g} to the column, or begin with a row of 0"
 
 
 def _inside(tank: Box, point: tuple[float, ...]) -> bool:

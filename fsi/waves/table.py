@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 
-from fsi.errors import SceneError
+from fsi.tables import read_table
 
 
 class TablePiston:
@@ -18,13 +17,7 @@ class TablePiston:
 
     def __init__(self, file: Path):
         self.t, self.x = read_motion_table(file)
-        h = np.diff(self.t)
-        n = len(h)
-        system, right = np.eye(n + 1), np.zeros(n + 1)  # second derivatives at the knots
-        for i in range(1, n):
-            system[i, i - 1 : i + 2] = h[i - 1], 2 * (h[i - 1] + h[i]), h[i]
-            right[i] = 6 * ((self.x[i + 1] - self.x[i]) / h[i] - (self.x[i] - self.x[i - 1]) / h[i - 1])
-        self.curvature = np.linalg.solve(system, right)
+        self.curvature = natural_spline(self.t, self.x)
         self.reach = float(self.x.min()), float(self.x.max())
 
     def __call__(self, t: float) -> tuple[float, float, float]:
@@ -43,17 +36,24 @@ class TablePiston:
         )
 
 
+def natural_spline(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Second derivatives (n,) at the knots t (n,) of the cubic spline through x (n,) that is straight at both ends, by
+    elimination along the tridiagonal system (Thomas 1949; de Boor 1978, ch. IV)."""
+    h = np.diff(t)
+    right = 6 * np.diff(np.diff(x) / h)
+    upper, middle = h[1:].tolist(), (2 * (h[:-1] + h[1:])).tolist()  # of the inner knots; symmetric
+    right = right.tolist()
+    for i in range(1, len(right)):
+        share = upper[i - 1] / middle[i - 1]
+        middle[i] -= share * upper[i - 1]
+        right[i] -= share * right[i - 1]
+    curvature, after = [0.0] * len(t), 0.0
+    for i in reversed(range(len(right))):
+        after = curvature[i + 1] = (right[i] - upper[i] * after) / middle[i]
+    return np.array(curvature)
+
+
 def read_motion_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     """Columns time [s] and position of a comma-separated file with one header line. Raises SceneError."""
-    try:
-        with warnings.catch_warnings(action="ignore"):  # an empty table is refused below
-            rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
-    except (OSError, ValueError) as fault:
-        raise SceneError(str(fault), file=file, fix="give two comma-separated columns under one header line") from None
-    if rows.shape[1] != 2 or len(rows) < 3 or (np.diff(rows[:, 0]) <= 0).any():
-        raise SceneError(
-            f"a motion table needs two columns and three or more rows with increasing times; this has {rows.shape}",
-            file=file,
-            fix="give time [s] and position in rows sorted by time",
-        )
+    rows = read_table(file, ("time", "position"), 3)
     return rows[:, 0], rows[:, 1]
