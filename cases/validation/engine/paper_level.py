@@ -1,7 +1,7 @@
 """What the runs at the source documents' resolution would take: `python -m cases.validation.engine.paper_level [SCENE ...]`.
 
 Every scene with a table `[levels.paper]` is started at that level and stepped for a while; the time of a step gives that of
-the run. Rows are kept as `docs/paper_level.json`, the table is `docs/paper_level.md`; scenes that are not named keep theirs.
+the run. Rows are kept as `docs/developer/paper_level.json`, the table is `docs/developer/paper_level.md`; scenes that are not named keep theirs.
 
 The processor time of one thread is measured, which others on the machine hardly change, and divided by what two threads
 gain (`TWO`, BENCHMARK.md).
@@ -23,7 +23,7 @@ from fsi.runner import bind
 from fsi.scene.file import builtin_scenes, load_scene, scene_levels
 from fsi.simulation.loop import Simulation
 
-FOLDER = Path(__file__).parents[3] / "docs"
+FOLDER = Path(__file__).parents[3] / "docs" / "developer"
 TWO = 1.66  # speed of two threads over one
 STEPS, SECONDS = 200, 100.0  # of a measurement, at most; the step in hand is ended
 THEIR_PARTICLES = {  # of the source documents, walls included
