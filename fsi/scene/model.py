@@ -233,8 +233,8 @@ ACCURACY = {  # defaults that differ from those of `normal`
 
 
 class Numerics(Part):
-    """The scheme; every figure's reason is in docs/theory/numerics.md. `accuracy` chooses the defaults of what it trades for time;
-    a key that is given holds."""
+    """The scheme; every figure's reason is in docs/theory/numerics.md. `accuracy` chooses the defaults of what it trades for
+    time; a key that is given holds."""
 
     accuracy: Literal["draft", "normal", "fine"] = "normal"
     smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing
