@@ -195,11 +195,19 @@ def validate(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
     figures: Annotated[bool, typer.Option("--figures", help="A page with pictures for each run.")] = False,
+    pages: Annotated[
+        bool, typer.Option("--pages", help="Run nothing: write a page for each case from kept rows.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure the solver against exact answers and experiments."""
     with exit_codes():
+        if pages:
+            from cases.validation.engine.validate import pages as write_pages
+
+            print("\n".join(map(str, write_pages(names or (), out=out))))
+            return
         result = runner.validate(
             names or (),
             levels=level or (),
@@ -246,7 +254,7 @@ def bench(
 
 @app.command()
 def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/studies.md.")],
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md.")],
     workers: Annotated[
         int | None, typer.Option(min=0, help="Worker processes; as many as there are cores if not given.")
     ] = None,

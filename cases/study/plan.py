@@ -137,7 +137,7 @@ class Bem(Part):
 
 
 class Study(Part):
-    """A study; as a file see `docs/studies.md`."""
+    """A study; as a file see `docs/guide/studies.md`."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "study"
     description: str = ""

@@ -217,7 +217,7 @@ Motion = Annotated[
 class CouplerSettings(Part):
     """How the fluid and the bodies exchange force and motion (`couplers/`)."""
 
-    scheme: Literal["added_mass", "fixed_point", "lagged", "prescribed"] = "added_mass"  # docs/coupling.md
+    scheme: Literal["added_mass", "fixed_point", "lagged", "prescribed"] = "added_mass"  # docs/guide/coupling.md
     tolerance: Positive = 1e-6  # of the settled acceleration, relative
     motion: dict[str, Motion] = {}  # joint name -> motion, for `prescribed`
 
@@ -233,8 +233,8 @@ ACCURACY = {  # defaults that differ from those of `normal`
 
 
 class Numerics(Part):
-    """The scheme; every figure's reason is in docs/numerics.md. `accuracy` chooses the defaults of what it trades for time;
-    a key that is given holds."""
+    """The scheme; every figure's reason is in docs/theory/numerics.md. `accuracy` chooses the defaults of what it trades for
+    time; a key that is given holds."""
 
     accuracy: Literal["draft", "normal", "fine"] = "normal"
     smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from fsi.command import app
 
 pytest.importorskip("rerun")
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[2] / "docs" / "tutorials"
 FILES = {"first_body": ("buoy.xml", "buoy.toml"), "find_a_slam": ("box.xml", "slam.toml")}
 UNTIL = {"first_body": "0.1", "find_a_slam": "0.3"}  # [s]
 

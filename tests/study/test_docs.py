@@ -23,7 +23,7 @@ def blocks(page: str, language: str) -> list[str]:
 @pytest.fixture
 def page(tmp_path, monkeypatch) -> str:
     monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs/best_damping.md").read_text()
+    page = (ROOT / "docs/tutorials/best_damping.md").read_text()
     (study,) = blocks(page, "toml")
     for large, small in SMALLER:
         assert large in study
@@ -52,7 +52,7 @@ def test_the_commands_of_the_page_find_the_best_damping(page, tmp_path):
 
 
 def test_the_page_shows_the_example(page):
-    (study,) = blocks((ROOT / "docs/best_damping.md").read_text(), "toml")
+    (study,) = blocks((ROOT / "docs/tutorials/best_damping.md").read_text(), "toml")
     example = (ROOT / "examples/studies/damping.toml").read_text()
     assert study in example.replace(next(line for line in example.splitlines() if "description" in line) + "\n", "")
 

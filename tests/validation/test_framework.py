@@ -187,9 +187,11 @@ def test_reasons_stand_beside_rows_that_miss(tmp_path, monkeypatch):
     monkeypatch.setattr("cases.validation.engine.store.load", lambda name: case)
     store = Store.choose(tmp_path)
     store.add(row(), threads=1)
-    assert "because" not in store.markdown()
+    (page,) = store.pages(["dam_front"])
+    assert "because" not in page.read_text()
     store.add(row(passed=False), threads=1)
-    assert "Why rows miss a target: because" in store.markdown()
+    store.pages()
+    assert "Why rows miss a target" in page.read_text() and "because" in page.read_text()
 
 
 @pytest.mark.slow
@@ -230,13 +232,17 @@ def test_the_store_keeps_the_latest_of_each_row(tmp_path):
     store = Store.choose(tmp_path)
     store.add(row(wall_seconds=1.0), threads=1)
     store.add(row(solver="explicit"), threads=1)
-    store.add(row(wall_seconds=780.0, passed=False), threads=1)
+    bad = dict.fromkeys(load("dam_front").target, 0.0) | {"front_speed": 0.5}
+    store.add(row(wall_seconds=780.0, error=bad, passed=False), threads=1)
     again = Store.choose(tmp_path)
     assert [(r.row.solver, r.row.wall_seconds) for r in again.results] == [("explicit", 2.0), ("chebyshev6", 780.0)]
     text = (tmp_path / "VALIDATION.md").read_text()
     assert text == again.markdown()
-    assert "13.0 min" in text and "Rows that miss a target: dam_front (1 of 2)." in text
-    assert "2 rows, 1 meet their targets" in text and again.results[0].machine in text
+    worst = 0.5 / load("dam_front").target["front_speed"]
+    assert f"**{worst:.3g}**, 13.0 min" in text and "| dam_front | coarse | front speed | 50 % |" in text
+    assert "2 rows of all variants, 1 meet their targets" in text and again.results[0].machine in text
+    (page,) = again.pages(["dam_front"])
+    assert page.read_text().count("<td>coarse</td>") == 2
     assert (tmp_path / "dam_front.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -259,8 +265,10 @@ def test_the_command_end_to_end(tmp_path):
     assert all(math.isfinite(value) for value in found["error"].values())
     assert found["passed"] == all(abs(found["error"][k]) <= v for k, v in found["target"].items())
     assert abs(found["error"]["front_speed"]) < 0.1 and found["error"]["leaks"] == 0
-    assert {file.name for file in tmp_path.iterdir()} == {"results.json", "dam_front.png", "VALIDATION.md"}
-    assert "| coarse | chebyshev6 |" in (tmp_path / "VALIDATION.md").read_text()
+    assert {file.name for file in tmp_path.iterdir()} == {"results.json", "VALIDATION.md"}
+    assert "[dam_front](" in (tmp_path / "VALIDATION.md").read_text()
+    pages = CliRunner().invoke(app, ["validate", "dam_front", "--pages", "--out", str(tmp_path)])
+    assert pages.exit_code == 0 and (tmp_path / "dam_front.html").is_file()
 
 
 @pytest.mark.parametrize(

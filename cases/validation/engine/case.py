@@ -46,7 +46,7 @@ class Case:
     beside rows that do.
 
     `run(case, level, solver)`, for a case that is no single run, gives its row and why it failed ("" where it did not);
-    `plot(case, rows, file)` draws a picture of its own in place of error over run time.
+    `plot(case, rows)` draws a figure of its own in place of error over run time.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Case:
     target: Mapping[str, float]
     reasons: str = ""
     run: Callable[[Case, str, str], tuple[Row, str]] | None = None
-    plot: Callable[[Case, Sequence[Row], Path], None] | None = None
+    plot: Callable[[Case, Sequence[Row]], object] | None = None
 
 
 @dataclass(frozen=True)

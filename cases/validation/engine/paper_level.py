@@ -1,7 +1,8 @@
 """What the runs at the source documents' resolution would take: `python -m cases.validation.engine.paper_level [SCENE ...]`.
 
 Every scene with a table `[levels.paper]` is started at that level and stepped for a while; the time of a step gives that of
-the run. Rows are kept as `docs/paper_level.json`, the table is `docs/paper_level.md`; scenes that are not named keep theirs.
+the run. Rows are kept in `docs/developer/paper_level.json`, the table in `paper_level.md` beside it; scenes that are not named
+keep theirs.
 
 The processor time of one thread is measured, which others on the machine hardly change, and divided by what two threads
 gain (`TWO`, BENCHMARK.md).
@@ -23,7 +24,7 @@ from fsi.runner import bind
 from fsi.scene.file import builtin_scenes, load_scene, scene_levels
 from fsi.simulation.loop import Simulation
 
-FOLDER = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 TWO = 1.66  # speed of two threads over one
 STEPS, SECONDS = 200, 100.0  # of a measurement, at most; the step in hand is ended
 THEIR_PARTICLES = {  # of the source documents, walls included
@@ -78,7 +79,7 @@ def measure(name: str, steps: int = STEPS, seconds: float = SECONDS) -> dict:
 def _steps(scene) -> int | None:
     """Steps of the run, from those of the coarse one in the validation's rows: a step is as long as a spacing at the same
     speed of sound and flow."""
-    file = FOLDER / "validation" / "results.json"
+    file = DOCS / "validation" / "results.json"
     rows = json.loads(file.read_text()) if file.is_file() else []
     for row in rows:
         if (row["case"], row["level"], row["solver"]) == (scene.name, "coarse", DEFAULT):
@@ -169,14 +170,14 @@ def main() -> None:
     chosen = parser.parse_args()
     if unknown := sorted(set(chosen.scenes) - set(known)):
         parser.error(f"no scene with a paper level: {', '.join(unknown)}; known are {', '.join(known)}")
-    file = FOLDER / "paper_level.json"
+    file = DOCS / "developer" / "paper_level.json"
     for name in chosen.scenes or known:
         row = measure(name, chosen.steps, chosen.seconds)
         rows = {row["scene"]: row for row in json.loads(file.read_text())} if file.is_file() else {}
         rows[name] = row
         rows = [rows[key] for key in known if key in rows]
         file.write_text(json.dumps(rows, indent=1) + "\n")
-        (FOLDER / "paper_level.md").write_text(table(rows))
+        (DOCS / "developer" / "paper_level.md").write_text(table(rows))
         print(_line(row), *_ratios(row), sep="\n", flush=True)
 
 

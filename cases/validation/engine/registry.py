@@ -78,10 +78,14 @@ NAMES = tuple(name for names in MODULES.values() for name in names)
 __all__ = ["LEVELS", "NAMES", "SOLVERS", "Case", "choose", "load"]
 
 
+def module_of(name: str) -> str:
+    """The module of a case below `cases.validation`."""
+    return next(module for module, names in MODULES.items() if name in names)
+
+
 def load(name: str) -> Case:
     """The case of that name."""
-    module = next(module for module, names in MODULES.items() if name in names)
-    return import_module(f"cases.validation.{module}").CASES[name]
+    return import_module(f"cases.validation.{module_of(name)}").CASES[name]
 
 
 def choose(patterns: tuple[str, ...] | list[str]) -> list[Case]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from cases.report.charts import canvas, legend
 from cases.validation.engine.case import Case, Row, met
-from fsi.extras import require
 
 UNITS = {"m": "m", "s": "s", "pa": "Pa", "n": "N"}  # endings of error measures that are not relative
 
@@ -106,22 +104,17 @@ def order_lines(case: Case, rows: Iterable[Row]) -> list[str]:
     return lines
 
 
-def plot(case: Case, rows: Sequence[Row], file: Path) -> None:
-    """Error over run time on logarithmic axes, one panel a measure, one line a solver, the levels along it, the target
-    dashed."""
-    require("matplotlib", "report", "the plots of fsi validate")
-    from matplotlib.figure import Figure
-
-    columns = 2 if len(case.target) == 4 else min(3, len(case.target))
-    lines = math.ceil(len(case.target) / columns)
-    figure = Figure(figsize=(4.2 * columns, 3.4 * lines), layout="constrained")
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    for panel, (name, target) in zip(panels, case.target.items(), strict=False):
-        _panel(panel, name, target, rows)
-    for panel in panels[len(case.target) :]:
+def plot(case: Case, rows: Sequence[Row]):
+    """Error over run time on logarithmic axes: one panel a measure that has errors to show, one line a solver, the levels along
+    it, the target dashed; the figure."""
+    shown_ = [name for name in case.target if any(row.error.get(name) for row in rows)]
+    columns = 1 if len(shown_) == 1 else 2
+    figure, panels = canvas(max(1, -(-len(shown_) // columns)), columns, height=3.0)
+    for panel, name in zip(panels, shown_, strict=False):
+        _panel(panel, name, case.target[name], rows)
+    for panel in panels[len(shown_) :]:
         panel.remove()
-    figure.suptitle(f"{case.name}: {case.title}", fontsize="medium")
-    figure.savefig(file, dpi=110)
+    return figure
 
 
 def _panel(panel, name: str, target: float, rows: Sequence[Row]) -> None:
@@ -129,11 +122,12 @@ def _panel(panel, name: str, target: float, rows: Sequence[Row]) -> None:
     for solver in dict.fromkeys(row.solver for row in rows):
         own = [row for row in rows if row.solver == solver and row.error.get(name)]
         own.sort(key=lambda row: row.wall_seconds)
-        panel.loglog(
-            [row.wall_seconds for row in own], [factor * abs(row.error[name]) for row in own], "o-", label=solver
-        )
+        if own:
+            errors = [factor * abs(row.error[name]) for row in own]
+            panel.loglog([row.wall_seconds for row in own], errors, "o-", label=solver)
     if target > 0:
         panel.axhline(factor * target, color="0.5", linestyle="--", label="target")
     panel.set(xlabel="run time [s]", ylabel=f"{name.replace('_', ' ')} [{unit(name)}]")
+    panel.set_title(name.replace("_", " "), loc="left", fontsize=13)
     panel.grid(True, which="both", color="0.9")
-    panel.legend(fontsize="small")
+    legend(panel)

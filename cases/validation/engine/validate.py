@@ -71,6 +71,12 @@ def validate(
     return Validation(tuple(rows[run] for run in runs), tuple(failures), store.report)
 
 
+def pages(names: Sequence[str] = (), *, out: str | Path | None = None) -> list[Path]:
+    """Write a page for each of these cases (all, if none are named) from the rows that are kept; returns the files."""
+    require("matplotlib", "report", "the pages of fsi validate")
+    return Store.choose(out).pages([case.name for case in choose(tuple(names))])
+
+
 def _runs(names: tuple[str, ...], levels: Sequence[str], solvers: Sequence[str]) -> list[Job]:
     """Case, level and solver of each run; those of the study of the defaults first."""
     plain = [name for name in names if name != STUDY]

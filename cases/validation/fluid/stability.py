@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -120,7 +119,7 @@ def run(case: Case, level: str, solver: str) -> tuple[Row, str]:
     return row, ""
 
 
-def picture(case: Case, rows: Sequence[Row], file: Path) -> None:
+def picture(case: Case, rows: Sequence[Row]):
     """The largest stable step over the rule's: a bar for each solver at each depth and viscosity."""
     require("matplotlib", "report", "the plots of fsi validate")
     from matplotlib.figure import Figure
@@ -138,7 +137,7 @@ def picture(case: Case, rows: Sequence[Row], file: Path) -> None:
     panel.set_ylabel("largest stable step [rule's]")
     figure.legend(fontsize="small", loc="outside right center")
     figure.suptitle(f"{case.name}: {case.title}", fontsize="medium")
-    figure.savefig(file, dpi=110)
+    return figure
 
 
 CASES = {

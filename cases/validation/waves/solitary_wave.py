@@ -63,7 +63,7 @@ def scene(spacing: float, folder) -> dict:
         "duration": passed,
         "tank": {"min": [0.0, -DEPTH], "max": [LENGTH, 0.6 * DEPTH]},
         "waves": {"kind": "solitary", "wave_height": HEIGHT * DEPTH},
-        "numerics": NUMERICS | {"mach": 0.2},  # at 0.3 it gains height, the more the finer (docs/waves.md)
+        "numerics": NUMERICS | {"mach": 0.2},  # at 0.3 it gains height, the more the finer (docs/guide/waves.md)
     }
 
 
