@@ -15,6 +15,7 @@ from bodies.shapes.gap import Gap, between
 from bodies.shapes.primitives import Placed
 from bodies.stepper import Stepper
 from fsi.errors import SceneError
+from fsi.owners import FIRST_BODY, WALL
 from fsi.protocols import BodyMotion, Visual
 from fsi.scene.model import Scene, Tank
 
@@ -234,7 +235,7 @@ class BodySet:
         solids = []
         for geom in geoms:
             body = self.model.geom_bodyid[geom]
-            owner = 2 + int(np.searchsorted(self._bodies, body)) if moves(self.model, body) else 0
+            owner = FIRST_BODY + int(np.searchsorted(self._bodies, body)) if moves(self.model, body) else WALL
             solid = place(self.model, self.data, geom, self.dimension, self._source)
             solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
             solids.append((owner, solid))
@@ -243,14 +244,14 @@ class BodySet:
     def _make_gaps(self, scene: Scene, geoms: list[int], source: object) -> list[tuple[int, Gap]]:
         """The glued layers that the scene asks for. Contacts keep the bodies that far from what they touch."""
         gaps = []
-        walls = [solid for owner, solid in self._solids if owner == 0]
+        walls = [solid for owner, solid in self._solids if owner == WALL]
         for key, file in scene.bodies.items():
             prefix = f"{key}/" if len(scene.bodies) > 1 else ""
             own = [b for b, name in enumerate(self.names) if name.startswith(prefix)] if file.glued_layers else []
             for b in own:
-                solids = [solid for owner, solid in self._solids if owner == 2 + b]
+                solids = [solid for owner, solid in self._solids if owner == FIRST_BODY + b]
                 layers, name = file.glued_layers, f"bodies.{key}.glued_layers"
-                gaps.append((2 + b, between(solids, walls, scene.spacing, layers, scene.layers, name, source)))
+                gaps.append((FIRST_BODY + b, between(solids, walls, scene.spacing, layers, scene.layers, name, source)))
                 for geom in geoms:
                     if self.model.geom_bodyid[geom] == self._bodies[b]:
                         self.model.geom_margin[geom] = file.glued_layers * scene.spacing

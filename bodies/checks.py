@@ -10,6 +10,7 @@ import numpy as np
 from bodies.mjcf import GEOM, name_of
 from bodies.shapes.primitives import Placed
 from fsi.errors import SceneError
+from fsi.owners import FIRST_BODY, WALL
 from fsi.scene.model import Tank
 
 DEEP = 0.1  # spacings that two geoms may stand in each other at the start
@@ -81,7 +82,7 @@ def check_solids(
                 fix = "move them apart, or make them geoms of one body"
                 raise SceneError(f"geom {first} overlaps geom {second}", key="bodies", file=source, fix=fix)
     for b, name in enumerate(names):
-        points = np.vstack([cloud for (owner, _), cloud in zip(solids, clouds, strict=True) if owner == 2 + b])
+        points = np.vstack([cloud for (owner, _), cloud in zip(solids, clouds, strict=True) if owner == FIRST_BODY + b])
         _check_resolution(name, points, rotation[b], spacing, source)
     return notes
 
@@ -91,7 +92,7 @@ def check_inside(solids: Owned, names: Sequence[str], tank: Tank, spacing: float
     low, high = np.array(tank.min), np.array(tank.max)
     axes = tank.axes
     for owner, solid in solids:
-        if owner == 0:
+        if owner == WALL:
             continue
         points = solid.sampled(spacing, layers)
         least, most = points.min(axis=0) - spacing / 2, points.max(axis=0) + spacing / 2
@@ -126,4 +127,4 @@ def _check_resolution(name: str, points: np.ndarray, rotation: np.ndarray, spaci
 
 
 def _owner(owner: int, names: Sequence[str]) -> str:
-    return "fixed wall" if owner == 0 else f"body {names[owner - 2]!r}"
+    return "fixed wall" if owner == WALL else f"body {names[owner - FIRST_BODY]!r}"

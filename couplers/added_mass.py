@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from couplers.response import Response, mass_ratio, respond
 from fsi.protocols import BodySet, FluidLoads
+from fsi.scene.coupler import CouplerSettings
 
 LIGHT = 30.0  # added over own inertia, from which on a body carries a reserve
+
+
+class AddedMassSettings(CouplerSettings):
+    """Added mass measured in every step: the default."""
+
+    scheme: Literal["added_mass"] = "added_mass"
+
+    def make(self, bodies: BodySet, source: object = "scene.toml") -> AddedMass:
+        return AddedMass(bodies)
 
 
 class AddedMass:

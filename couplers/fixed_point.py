@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from couplers.quasi_newton import QuasiNewton
 from couplers.response import Response, mass_ratio, respond
 from fsi.protocols import BodySet, FluidLoads
+from fsi.scene.coupler import CouplerSettings
 
 WATCH = 50  # steps from one measurement of the added mass to the next
 PASSES = 50  # at most, in a step
 ROUNDING = 100.0
+
+
+class FixedPointSettings(CouplerSettings):
+    """Pressure and bodies in turn, until the acceleration settles to `tolerance`: the reference."""
+
+    scheme: Literal["fixed_point"] = "fixed_point"
+
+    def make(self, bodies: BodySet, source: object = "scene.toml") -> FixedPoint:
+        return FixedPoint(bodies, self.tolerance)
 
 
 class FixedPoint:

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from couplers.response import Response, mass_ratio, respond
 from fsi.protocols import BodySet, FluidLoads
+from fsi.scene.coupler import CouplerSettings
 
 WATCH = 50  # steps from one measurement of the added mass to the next
+
+
+class LaggedSettings(CouplerSettings):
+    """The bodies' acceleration of the step before: for comparison."""
+
+    scheme: Literal["lagged"] = "lagged"
+
+    def make(self, bodies: BodySet, source: object = "scene.toml") -> Lagged:
+        return Lagged(bodies)
 
 
 class Lagged:

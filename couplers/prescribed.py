@@ -2,14 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Discriminator, Tag
 
 from fsi.errors import SceneError
+from fsi.parts import FilePath, NonNegative, Number, Part, Positive
 from fsi.protocols import BodySet, FluidLoads
-from fsi.scene.model import MotionTable, Oscillation
-from fsi.waves import RegularPiston, TablePiston
+from fsi.scene.coupler import CouplerSettings
+from fsi.waves.kinds.regular import RegularPiston
+from fsi.waves.kinds.table import TablePiston, table_fault
+
+
+class Oscillation(Part):
+    """Prescribed motion of one joint: amplitude sin(omega t) under a cosine ramp (m or rad)."""
+
+    amplitude: Number
+    omega: Positive  # [rad/s]
+    ramp: NonNegative = 0.0  # [s]
+
+
+class MotionTable(Part):
+    """Prescribed motion of one joint from a table: columns time [s] and position [m or rad]."""
+
+    file: FilePath
+
+
+def _motion_kind(motion) -> str:
+    return "table" if isinstance(motion, MotionTable) or (isinstance(motion, dict) and "file" in motion) else "formula"
+
+
+Motion = Annotated[
+    Annotated[Oscillation, Tag("formula")] | Annotated[MotionTable, Tag("table")], Discriminator(_motion_kind)
+]
+
+
+class PrescribedSettings(CouplerSettings):
+    """Joints that follow a given motion."""
+
+    scheme: Literal["prescribed"] = "prescribed"
+    motion: dict[str, Motion] = {}  # joint name -> motion
+
+    def make(self, bodies: BodySet, source: object = "scene.toml") -> Prescribed:
+        return Prescribed(self.motion, bodies, source)
+
+    def faults(self, scene) -> Iterator[tuple[str, str, str]]:
+        """No motion or nothing to move, power take-offs that have no effect, tables that cannot be followed."""
+        if not self.motion:
+            fix = "add [coupler.motion.JOINT] with amplitude, omega"
+            yield "coupler.motion", "scheme 'prescribed' needs a motion", fix
+        if driven := next((name for name, body in scene.bodies.items() if body.pto), None):
+            fix = "remove it, or use scheme = 'added_mass'"
+            yield f"bodies.{driven}.pto", "has no effect on prescribed motion", fix
+        if self.motion and not scene.bodies:
+            yield "coupler.motion", "there are no bodies to move", "add [bodies.NAME] with mjcf"
+        for joint, motion in self.motion.items():
+            if isinstance(motion, MotionTable) and (fault := table_fault(motion.file)):
+                yield f"coupler.motion.{joint}.file", *fault
 
 
 class Prescribed:

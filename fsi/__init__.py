@@ -4,6 +4,17 @@ Names are resolved on first use, so that importing `fsi` costs nothing that a sc
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # what type checkers and editors see
+    from fsi.errors import RunError, SceneError
+    from fsi.record.run_folder import load_run
+    from fsi.runner import Run, bench, check, report, run, sweep, validate
+    from fsi.scene.file import load_scene
+    from fsi.scene.model import Scene
+    from fsi.simulation.loop import Simulation
+
+    __version__: str
 
 _HOMES = {
     "Scene": "fsi.scene.model",
@@ -11,16 +22,43 @@ _HOMES = {
     "RunError": "fsi.errors",
     "load_scene": "fsi.scene.file",
     "Simulation": "fsi.simulation.loop",
+    "Run": "fsi.runner",
     "run": "fsi.runner",
     "check": "fsi.runner",
     "sweep": "fsi.runner",
+    "report": "fsi.runner",
+    "validate": "fsi.runner",
+    "bench": "fsi.runner",
     "load_run": "fsi.record.run_folder",
 }
 
-__all__ = list(_HOMES)
+__all__ = [
+    "Run",
+    "RunError",
+    "Scene",
+    "SceneError",
+    "Simulation",
+    "__version__",
+    "bench",
+    "check",
+    "load_run",
+    "load_scene",
+    "report",
+    "run",
+    "sweep",
+    "validate",
+]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("spindrift")
     raise AttributeError(f"module 'fsi' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

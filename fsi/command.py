@@ -6,13 +6,15 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
+from typer.core import TyperCommand, TyperGroup
 
-from fsi import runner
+import fsi
+from fsi import plugins, runner
 from fsi.errors import RunError, SceneError
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
@@ -21,7 +23,42 @@ from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 
 FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 
+
+class Registered(TyperCommand):
+    """A command that another package brings: its summary is read from its source, and it is imported when it runs."""
+
+    def __init__(self, name: str):
+        super().__init__(name, help=plugins.summary("commands", name))
+
+    def make_context(self, info_name, args, parent=None, **extra):
+        with exit_codes():
+            function = plugins.find("commands", self.name)
+
+        @wraps(function)
+        def call(*values, **named):
+            with exit_codes():
+                return function(*values, **named)
+
+        single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        single.command(self.name)(call)
+        return typer.main.get_command(single).make_context(info_name, args, parent=parent, **extra)
+
+
+class Commands(TyperGroup):
+    """Our own commands, then those of the group `spindrift.commands`."""
+
+    def list_commands(self, ctx) -> list[str]:
+        own = list(self.commands)
+        return [*own, *(name for name in plugins.registered("commands") if name not in own)]
+
+    def get_command(self, ctx, cmd_name: str):
+        if own := super().get_command(ctx, cmd_name):
+            return own
+        return Registered(cmd_name) if cmd_name in plugins.registered("commands") else None
+
+
 app = typer.Typer(
+    cls=Commands,
     help="Explicit incompressible SPH, coupled to rigid bodies in MuJoCo.",
     no_args_is_help=True,
     add_completion=False,
@@ -34,6 +71,21 @@ Settings = Annotated[list[str] | None, typer.Option("--set", metavar="A.B=VALUE"
 Until = Annotated[float | None, typer.Option(metavar="T", help="Simulated time [s] in place of the scene's duration.")]
 Level = Annotated[str | None, typer.Option(metavar="NAME", help="A table [levels.NAME] of the scene, such as paper.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"spindrift {fsi.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_version)
+    ] = False,
+) -> None:
+    """Explicit incompressible SPH, coupled to rigid bodies in MuJoCo."""
 
 
 @contextmanager
@@ -176,116 +228,6 @@ def cases(as_json: AsJson = False) -> None:
         width = max(map(len, scenes), default=0)
         for name, description in scenes.items():
             print(f"{name:{width}}  {description}")
-
-
-@app.command()
-def validate(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="CASE", help="Cases, groups, patterns such as 'still_*', or 'defaults'; all if none."),
-    ] = None,
-    level: Annotated[
-        list[str] | None,
-        typer.Option(metavar="coarse|medium|paper|fine", help="Resolution; coarse if none. Repeatable."),
-    ] = None,
-    solver: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Variant of the numerics; the default if none. Repeatable.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of rows, plots and VALIDATION.md.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
-    figures: Annotated[bool, typer.Option("--figures", help="A page with pictures for each run.")] = False,
-    pages: Annotated[
-        bool, typer.Option("--pages", help="Run nothing: write a page for each case from kept rows.")
-    ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
-    as_json: AsJson = False,
-) -> None:
-    """Measure the solver against exact answers and experiments."""
-    with exit_codes():
-        if pages:
-            from cases.validation.engine.validate import pages as write_pages
-
-            print("\n".join(map(str, write_pages(names or (), out=out))))
-            return
-        result = runner.validate(
-            names or (),
-            levels=level or (),
-            solvers=solver or (),
-            out=out,
-            threads=threads,
-            jobs=jobs,
-            figures=figures,
-            quiet=quiet,
-        )
-        if as_json:
-            print(json.dumps([row.as_dict() for row in result.rows]))
-        else:
-            console = Console()
-            console.width = max(console.width, 100)  # the table's, also where the output is no terminal
-            for part in result.tables():
-                console.print(part)
-            print(f"written to {result.report}")
-        if result.failures:
-            raise RunError("\n".join(result.failures))
-
-
-@app.command()
-def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="A trial on tiny sizes, whose figures mean nothing.")] = False,
-    large: Annotated[bool, typer.Option("--large", help="Also sizes of up to 20 million particles.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The report; BENCHMARK.md if not given, none with --quick.")
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
-    as_json: AsJson = False,
-) -> None:
-    """Measure speed, memory and start-up on this machine."""
-    with exit_codes():
-        result = runner.bench(quick=quick, large=large, out=out, quiet=quiet)
-        if as_json:
-            print(json.dumps(result.result))
-            return
-        for table in result.tables():
-            Console().print(table)
-        if result.report:
-            print(f"written to {result.report}")
-
-
-@app.command()
-def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md.")],
-    workers: Annotated[
-        int | None, typer.Option(min=0, help="Worker processes; as many as there are cores if not given.")
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, e.g. tcp://host:8786, in place of workers.")
-    ] = None,
-    threads: Annotated[int, typer.Option(min=1, help="Threads of each worker.")] = 1,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the study; studies/NAME if none.")] = None,
-    csv: Annotated[bool, typer.Option("--csv", help="Also write the table as CSV.")] = False,
-    parquet: Annotated[bool, typer.Option("--parquet", help="Also write the table as Parquet.")] = False,
-    retry: Annotated[bool, typer.Option("--retry", help="Run failed runs again.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
-    as_json: AsJson = False,
-) -> None:
-    """Run a parameter study, or go on with one that was stopped."""
-    with exit_codes():
-        options = {"workers": workers, "scheduler": scheduler, "threads": threads, "retry": retry, "quiet": quiet}
-        result = runner.sweep(study, out=out, **options)
-        from cases.study.summary import summary, summary_lines
-
-        facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])
-        print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
-        if facts["runs"] and not facts["done"]:
-            raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
-
-
-@app.command()
-def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
-    """Write the report of a run or a study: one HTML page, and its plots as PNG."""
-    with exit_codes():
-        print(runner.report(directory))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Runs and checks a scene: the one module that binds the fluid to `bodies`, `couplers` and `cases`, on first use.
+"""Runs and checks a scene; studies, validation, reports and benchmarks come from the packages that register them.
 
 `run` and `check` are the Python side of the command `fsi` (`fsi.command`).
 """
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsi.errors import RunError
-from fsi.extras import require
+from fsi.plugins import bind, function
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.check import scene_warnings
 from fsi.scene.file import load_scene
@@ -137,10 +137,8 @@ def validate(
     quiet: bool = False,
 ):
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.engine.validate`."""
-    from cases.validation.engine.validate import validate as run_all
-
     say = _silent if quiet else _say
-    return run_all(
+    return function("validate")(
         tuple(names),
         levels=tuple(levels),
         solvers=tuple(solvers),
@@ -154,27 +152,17 @@ def validate(
 
 def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False):
     """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
-    from cases.bench.run import bench as run_all
-
-    return run_all(quick=quick, large=large, out=out, say=_silent if quiet else _say)
+    return function("bench")(quick=quick, large=large, out=out, say=_silent if quiet else _say)
 
 
 def sweep(study, **options):
     """Run a parameter study (a file, or a `cases.Study`) and return its dataset; see `cases.study.engine.sweep`."""
-    from cases.study.engine import sweep as run_all
-
-    return run_all(study, **options)
+    return function("sweep")(study, **options)
 
 
 def report(directory: str | Path) -> Path:
     """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
-    if Path(directory, "run.json").is_file():
-        from cases.report.run import report as of_run
-
-        return of_run(directory)
-    from cases.study.report import report as of_study
-
-    return of_study(directory)
+    return function("report")(directory)
 
 
 def _load(
@@ -184,28 +172,6 @@ def _load(
     overrides = [*overrides, *([] if until is None else [f"duration={until!r}"])]
     scene = load_scene(source, overrides, level)
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
-
-
-def bind(scene: Scene, label: str) -> tuple:
-    """The bodies, the coupler and the ground of a scene, each None where it has none."""
-    bodies = coupler = ground = None
-    if scene.bodies:
-        require("mujoco", "bodies", "a scene with bodies")
-        from bodies import load
-        from couplers import make
-
-        bodies = load(scene, label)
-        coupler = make(scene.coupler, bodies, label)
-    if scene.tank.bathymetry:
-        require("trimesh", "bodies", "a bathymetry")
-        from bodies import mesh_solid
-
-        margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
-        low, high = (
-            [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
-        )
-        ground = mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
-    return bodies, coupler, ground
 
 
 def _viewer():

@@ -11,8 +11,9 @@ import numpy as np
 from cases.report import charts
 from fsi.errors import SceneError
 from fsi.record.colours import colour_map
-from fsi.record.fields import CATEGORIES, FIELDS
+from fsi.record.fields import CATEGORIES, top
 from fsi.record.timeline_reader import read_snapshots
+from fsi.scene.fields import field_of
 from fsi.scene.model import Scene
 
 SLICE = 1.5  # half the thickness in spacings of the slice that is drawn of a three-dimensional run
@@ -74,14 +75,14 @@ def _legend(figure, panels, scene: Scene, field: str) -> None:
     from matplotlib.colors import ListedColormap, Normalize
     from matplotlib.patches import Patch
 
-    facts = FIELDS[field]
+    facts = field_of(field)
     if facts.names:
         patches = [
             Patch(color=CATEGORIES[n % len(CATEGORIES)] / 255, label=name) for n, name in enumerate(facts.names(scene))
         ]
         panels[0].legend(handles=patches, loc="upper right", fontsize=11)
         return
-    colours = ScalarMappable(Normalize(0, facts.top(scene)), ListedColormap(colour_map() / 255))
+    colours = ScalarMappable(Normalize(0, top(scene, field)), ListedColormap(colour_map() / 255))
     label = f"{field.replace('_', ' ')} [{facts.units}]"
     rows = panels[0].get_subplotspec().get_gridspec().nrows
     figure.colorbar(colours, ax=panels, label=label, shrink=min(0.9, 1.6 / rows), aspect=20, pad=0.02)

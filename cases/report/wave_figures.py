@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsi.errors import SceneError
-from fsi.scene.check import water_depth
+from fsi.scene.check_waves import water_depth
 from fsi.scene.model import Scene
-from fsi.waves import piston, wavenumber
+from fsi.waves import wavenumber
 
 STUDENT_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)  # two-sided, 1, 2, ... degrees of freedom
 
@@ -93,6 +93,11 @@ def wave_period(scene: Scene) -> float | None:
     return None
 
 
+def is_regular(scene: Scene) -> bool:
+    """Whether the scene's waves are one linear wave that goes on for the whole run."""
+    return scene.waves is not None and len(scene.waves.components(water_depth(scene), scene.gravity)) == 1
+
+
 def window(data, scene: Scene, start: float | None = None):
     """The part of a run's dataset that figures are taken from, and the period [s] or None; SceneError where that part is
     shorter than a period."""
@@ -103,7 +108,7 @@ def window(data, scene: Scene, start: float | None = None):
     if begin + (period or 0.0) > end + 1e-6 or end <= 0:
         fault = f"the run ends at {end:.3g} s, figures need it to last {begin + (period or 0.0):.3g} s"
         raise SceneError(fault, key="duration", fix="make the run longer, or set measure.start")
-    if period and getattr(scene.waves, "kind", "") == "regular":
+    if period and is_regular(scene):
         begin = end - period * math.floor((end - begin) / period + 1e-6)
     return data.sel(time=slice(begin - 1e-9, None)), period
 
@@ -151,11 +156,12 @@ def _joints(part, scene: Scene, period: float | None) -> Iterator[Figure]:
 
 def _incident(part, scene: Scene, period: float | None) -> complex:
     """Complex amplitude [m] of a regular wave of the piston at the first body, by linear theory; 0 for other waves."""
-    if period is None or getattr(scene.waves, "kind", "") != "regular" or "body_position" not in part:
+    if period is None or not is_regular(scene) or "body_position" not in part:
         return 0.0
     k = wavenumber(2 * math.pi / period, water_depth(scene), scene.gravity)
     place = float(part.body_position.sel(axis="x").values[:, 0].mean()) - scene.tank.min[0]
-    return 0.5 * scene.waves.wave_height * np.exp(-1j * k * place)
+    [(height, _)] = scene.waves.components(water_depth(scene), scene.gravity)
+    return 0.5 * height * np.exp(-1j * k * place)
 
 
 def _power(part, scene: Scene, period: float | None, width: float | None) -> Iterator[Figure]:
@@ -175,20 +181,14 @@ def _power(part, scene: Scene, period: float | None, width: float | None) -> Ite
 def incident_power(scene: Scene) -> float | None:
     """Power of the scene's waves per metre of crest by linear theory [W/m]; of irregular waves that of the components
     that make them up. None for waves that do not go on."""
-    waves, depth, g = scene.waves, water_depth(scene), scene.gravity
-    kind = getattr(waves, "kind", "")
-    if kind == "regular":
-        return wave_power(waves.wave_height, waves.period, depth, scene.fluid.density, g)
-    if kind == "irregular":
-        sea = piston(waves, depth, g)
-        parts = zip(sea.wave_amplitude, sea.omega, strict=True)
-        return sum(wave_power(2 * a, 2 * math.pi / w, depth, scene.fluid.density, g) for a, w in parts)
-    return None
+    depth, g = water_depth(scene), scene.gravity
+    parts = scene.waves.components(depth, g) if scene.waves else []
+    return sum(wave_power(height, period, depth, scene.fluid.density, g) for height, period in parts) if parts else None
 
 
 def energy_period_ratio(waves) -> float:
     """Energy period m-1 / m0 over peak period of irregular waves, of the spectrum they are drawn from."""
-    from fsi.waves.irregular import LOWEST, spectrum
+    from fsi.waves.kinds.irregular import LOWEST, spectrum
 
     f = np.linspace(LOWEST, waves.highest, 20_001)
     density = spectrum(f, 1.0, 1.0 if waves.spectrum == "pierson_moskowitz" else waves.gamma or 3.3)
@@ -205,7 +205,7 @@ def _bodies(part) -> Iterator[Figure]:
 
 
 def _gauges(part, scene: Scene, period: float | None) -> Iterator[Figure]:
-    regular = getattr(scene.waves, "kind", "") == "regular"
+    regular = is_regular(scene)
     for name in map(str, part.gauge.values) if "gauge" in part.dims else ():
         eta = part.elevation.sel(gauge=name).values
         if regular:

@@ -8,8 +8,8 @@ import numpy as np
 from fsi.compute.lanes import width
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
+from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
-from fsi.particles.layout import FIRST_BODY
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
 from fsi.scene.model import Scene

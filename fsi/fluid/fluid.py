@@ -17,9 +17,10 @@ from fsi.fluid.constants import sweep_constants
 from fsi.fluid.response import LinearResponse, box_around
 from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
+from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.ghosts import Periodic
-from fsi.particles.layout import FIRST_BODY, Layout
+from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import gather, largest_change, pack_fluid
 from fsi.scene.model import Scene

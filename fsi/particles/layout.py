@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles.ghosts import Periodic
 from fsi.protocols import BodySet, Solid
 from fsi.scene.model import Scene
-from fsi.waves import reach
 
-WALL, PISTON, FIRST_BODY = 0, 1, 2  # owners of boundary particles
 WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
 CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
 
@@ -54,7 +53,7 @@ def piston_reach(scene: Scene) -> float:
     """How far the piston moves back, out of the tank [m]."""
     if scene.waves is None:
         return 0.0
-    return max(0.0, -reach(scene.waves, water_depth(scene), scene.gravity)[0])
+    return max(0.0, -scene.waves.excursion(scene.waves.piston(water_depth(scene), scene.gravity))[0])
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:

@@ -1,14 +1,14 @@
-"""Fields that particles are drawn with: the one table that the scene, the timeline, the log and the report share."""
+"""How particles are drawn: the values and colours of their fields (`fsi.scene.fields`), which of them, and where."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fsi.protocols import Frame
 from fsi.scene.check import fluid_depth
+from fsi.scene.fields import field_of
 from fsi.scene.model import Scene
 
 CATEGORIES = np.array(  # colours of things without an order, told apart by lightness as well as by hue
@@ -16,55 +16,22 @@ CATEGORIES = np.array(  # colours of things without an order, told apart by ligh
 )
 
 
-@dataclass(frozen=True)
-class ParticleField:
-    """A field: `top` gives the highest value of its colours for a scene, the lowest is 0. One with `names` has a
-    category for each of them in place of a range."""
-
-    units: str
-    top: Callable[[Scene], float] = lambda scene: 1.0
-    names: Callable[[Scene], list[str]] | None = None
-
-
-def _wave_speed(scene: Scene) -> float:
-    """Of long waves, sqrt(g depth) [m/s]."""
-    return (fluid_depth(scene) * (scene.gravity or 1.0)) ** 0.5
-
-
-FIELDS = {
-    "pressure": ParticleField("Pa", lambda scene: scene.fluid.density * (scene.gravity or 1.0) * fluid_depth(scene)),
-    "speed": ParticleField("m/s", lambda scene: 0.5 * _wave_speed(scene)),
-    "viscosity": ParticleField(
-        "Pa s",
-        lambda scene: max(_largest_viscosity(liquid) for liquid in scene.all_liquids),
-    ),
-    "eddy_viscosity": ParticleField(
-        "m2/s",
-        lambda scene: (scene.numerics.smagorinsky * scene.spacing) ** 2 * _wave_speed(scene) / fluid_depth(scene),
-    ),
-    "liquid": ParticleField("", names=lambda scene: ["fluid", *scene.liquids]),
-}
-
-
-def _largest_viscosity(liquid) -> float:
-    return liquid.rheology.rest_viscosity if liquid.rheology else liquid.density * liquid.kinematic_viscosity
-
-
 def values(frame: Frame, name: str) -> np.ndarray:
     """Values (n,) of a field in a frame with particles."""
-    if name == "pressure":
-        return frame.pressure
-    if name == "speed":
-        return np.linalg.norm(frame.velocity, axis=1)
-    return frame.fields[name]
+    return field_of(name).values(frame)
+
+
+def top(scene: Scene, name: str) -> float:
+    """The highest value of a field's colours."""
+    return field_of(name).top(scene, fluid_depth(scene))
 
 
 def levels(frame: Frame, name: str, scene: Scene) -> np.ndarray:
     """Values (n,) uint8 of a field for its colours: 0 to 255 over the range, or the number of the category."""
-    field, found = FIELDS[name], np.nan_to_num(values(frame, name))
-    if field.names:
+    found = np.nan_to_num(values(frame, name))
+    if field_of(name).names:
         return found.astype(np.uint8)
-    return np.clip(found * (255 / field.top(scene)), 0, 255).astype(np.uint8)
+    return np.clip(found * (255 / top(scene, name)), 0, 255).astype(np.uint8)
 
 
 def raster(scene: Scene) -> float:

@@ -24,8 +24,9 @@ from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
 from fsi.protocols import BodySet, Event, Frame
-from fsi.record.fields import FIELDS, spatial, values
+from fsi.record.fields import spatial, values
 from fsi.record.series import column_names, describe, labels
+from fsi.scene.fields import field_of
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
@@ -102,7 +103,7 @@ class McapRecorder:
             return
         names = ("x", "y", "z", *self._cloud)
         if "/particles" not in self._channels:
-            units = {"units": json.dumps({n: FIELDS[n].units for n in self._cloud} | dict.fromkeys("xyz", "m"))}
+            units = {"units": json.dumps({n: field_of(n).units for n in self._cloud} | dict.fromkeys("xyz", "m"))}
             self._open("/particles", PointCloud, units)
         columns = [*spatial(frame.position).T, *(values(frame, name) for name in self._cloud)]
         rows = np.ascontiguousarray(np.stack(columns, axis=1), np.float32)

@@ -8,8 +8,9 @@ import numpy as np
 
 from fsi.extras import require
 from fsi.record.colours import colour_map, packed
-from fsi.record.fields import CATEGORIES, FIELDS, spatial
+from fsi.record.fields import CATEGORIES, spatial, top
 from fsi.record.series import SERIES
+from fsi.scene.fields import field_of
 from fsi.scene.model import Scene
 
 rr = require("rerun", "viewer", "output.timeline = true")
@@ -83,7 +84,7 @@ def _world(scene: Scene, field: str, note: str, low: np.ndarray, high: np.ndarra
         titlebar=False,
         visual_bounds=rrb.VisualBounds2D(x_range=[-0.35 * BAR, 1.35 * BAR], y_range=[-14, 46]),
     )
-    return rrb.Vertical(view, legend, row_shares=[4, 1] if wide else [8, 1], name=titled(field, FIELDS[field].units))
+    return rrb.Vertical(view, legend, row_shares=[4, 1] if wide else [8, 1], name=titled(field, field_of(field).units))
 
 
 def _cell(titles: tuple[str, ...], names: dict[str, list[str]], unit: Callable[[str], str]):
@@ -118,14 +119,14 @@ def classes(scene: Scene) -> list:
 
 def class_of(field: str, level: np.ndarray) -> np.ndarray:
     """Classes (n,) uint16 of the levels (n,) of a field, see `fsi.record.fields.levels`."""
-    if FIELDS[field].names:
+    if field_of(field).names:
         return FIRST_CATEGORY + level.astype(np.uint16) % len(CATEGORIES)
     return level.astype(np.uint16)
 
 
 def log_legend(stream, scene: Scene, field: str) -> None:
     """The legend of a field under `legend/FIELD`: a colour bar with three figures, or a patch for each category."""
-    path, facts = f"legend/{field}", FIELDS[field]
+    path, facts = f"legend/{field}", field_of(field)
     if facts.names:
         found = facts.names(scene)
         places = (np.arange(len(found)) + 0.5) * BAR / len(found)
@@ -135,7 +136,7 @@ def log_legend(stream, scene: Scene, field: str) -> None:
     else:
         bar = np.repeat(np.repeat(colour_map()[None], BAR // 256, axis=1), 12, axis=0)
         stream.log(f"{path}/bar", rr.Image(bar), static=True)
-        places, top = np.array([0.0, 0.5, 1.0]) * BAR, facts.top(scene)
+        places, highest = np.array([0.0, 0.5, 1.0]) * BAR, top(scene, field)
         labels = [f"{share * top:.4g} {facts.units}" for share in (0.0, 0.5, 1.0)]
     text, points = [*labels, field.replace("_", " ")], [*((x, 20) for x in places), (-0.16 * BAR, 4)]
     ghost = {"radii": [0.01], "colors": [0x707070FF], "show_labels": True}

@@ -10,9 +10,10 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.scene.check_liquids import all_blocks, liquid_faults, liquid_warnings
-from fsi.scene.check_waves import Fault, water_depth, wave_faults, wave_warnings
+from fsi.scene.check_waves import water_depth, wave_faults, wave_warnings
+from fsi.scene.fields import field_of
 from fsi.scene.model import Box, Scene
-from fsi.waves import TablePiston
+from fsi.waves.kind import Fault
 
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 
@@ -63,18 +64,11 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
 
 def _output(scene: Scene) -> Iterator[Fault]:
     """Fields that this scene's particles do not have."""
-    turbulent = scene.numerics.turbulence != "none"
-    there = {
-        "liquid": bool(scene.liquids),
-        "eddy_viscosity": turbulent,
-        "viscosity": scene.numerics.viscosity != "none"
-        and (turbulent or len(scene.all_liquids) > 1 or scene.fluid.rheology is not None),
-    }
     if not scene.output.fields:
         yield "output.fields", "names no field to colour the particles with", "give one, or leave it out"
-    for field in scene.output.fields:
-        if not there.get(field, True):
-            yield "output.fields", f"particles of this scene have no field {field!r}", "remove it"
+    for name in scene.output.fields:
+        if not field_of(name).present(scene):
+            yield "output.fields", f"particles of this scene have no field {name!r}", "remove it"
 
 
 def _positions(scene: Scene) -> Iterator[Fault]:
@@ -153,38 +147,16 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
 
 
 def _coupler(scene: Scene) -> Iterator[Fault]:
-    scheme, motion = scene.coupler.scheme, scene.coupler.motion
-    if scheme == "prescribed" and not motion:
-        yield "coupler.motion", "scheme 'prescribed' needs a motion", "add [coupler.motion.JOINT] with amplitude, omega"
-    if scheme != "prescribed" and motion:
-        yield "coupler.scheme", f"coupler.motion is of no use to {scheme!r}", "set scheme = 'prescribed'"
-    if scheme == "prescribed" and (driven := next((name for name, body in scene.bodies.items() if body.pto), None)):
-        yield f"bodies.{driven}.pto", "has no effect on prescribed motion", "remove it, or use scheme = 'added_mass'"
-    if motion and not scene.bodies:
-        yield "coupler.motion", "there are no bodies to move", "add [bodies.NAME] with mjcf"
+    return scene.coupler.faults(scene)
 
 
 def _files(scene: Scene) -> Iterator[Fault]:
     files = {f"bodies.{name}.mjcf": body.mjcf for name, body in scene.bodies.items()}
-    tables = {f"coupler.motion.{joint}.file": m.file for joint, m in scene.coupler.motion.items() if hasattr(m, "file")}
     if scene.tank.bathymetry:
         files["tank.bathymetry"] = scene.tank.bathymetry
-    if hasattr(scene.waves, "file"):
-        tables["waves.file"] = scene.waves.file
-    for key, path in (files | tables).items():
+    for key, path in files.items():
         if not path.is_file():
             yield key, f"no such file: {path}", "check the path; it is relative to the scene file"
-        elif key in tables:
-            try:
-                motion = TablePiston(path)
-            except SceneError as error:
-                yield key, error.fault, error.fix
-                continue
-            start = float(motion(0.0)[0])
-            if key == "waves.file" and abs(start) > 1e-6 * max(map(abs, motion.reach)):
-                first = f"the first row is {motion.t[0]:g}, {motion.x[0]:g}"
-                fault = f"column position: {first}, so the piston begins at {start:.4g} m, and the wall is at 0"
-                yield key, fault, f"add {-start:.4g} to the column, or begin with a row of 0"
 
 
 def _inside(tank: Box, point: tuple[float, ...]) -> bool:

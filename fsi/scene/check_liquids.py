@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsi.scene.check_waves import Fault
 from fsi.scene.model import Block, Scene
+from fsi.waves.kind import Fault
 
 GAS = 100.0  # density ratio up to which everything is stable
 GAS_MACH = 0.1  # numerics.mach beyond it; measured

@@ -7,8 +7,10 @@ from difflib import get_close_matches
 from typing import get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from fsi.errors import SceneError
+from fsi.scene.kinds import ChosenBy
 from fsi.scene.model import Scene
 
 SHAPES = {  # pydantic's type of error -> what should be there
@@ -68,7 +70,8 @@ def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]
         return f"{given!r} is not one of {', '.join(allowed)}", _choice(str(given), allowed, "use one of them")
     if kind == "union_tag_invalid":
         allowed = re.findall(r"'([^']*)'", context["expected_tags"])
-        fault = f"the kind {context['tag']!r} is not one of {', '.join(allowed)}"
+        key = context["discriminator"] if context["discriminator"].isidentifier() else "kind"
+        fault = f"the {key} {context['tag']!r} is not one of {', '.join(allowed)}"
         return fault, _choice(context["tag"], allowed, "use one of them")
     if kind == "value_error":
         fault, _, fix = str(context["error"]).partition("; ")
@@ -89,9 +92,20 @@ def _known_keys(place: list, root: type[BaseModel]) -> list[str]:
     """The keys of the part of `root` at `place`."""
     parts = [root]
     for step in place:
-        inner = [p for part in parts if step in part.model_fields for p in _parts(part.model_fields[step].annotation)]
+        inner = [p for part in parts if step in part.model_fields for p in _models(part.model_fields[step])]
         parts = inner or parts
     return sorted({key for part in parts for key in part.model_fields})
+
+
+def _models(field: FieldInfo) -> list[type[BaseModel]]:
+    """Every part of a scene that a field of a part may hold."""
+    chosen = [choice for choice in field.metadata if isinstance(choice, ChosenBy)] + _choices(field.annotation)
+    return [model for choice in chosen for model in choice.models()] or _parts(field.annotation)
+
+
+def _choices(annotation) -> list[ChosenBy]:
+    found = [extra for extra in getattr(annotation, "__metadata__", ()) if isinstance(extra, ChosenBy)]
+    return found + [choice for inner in get_args(annotation) for choice in _choices(inner)]
 
 
 def _parts(annotation) -> list[type[BaseModel]]:

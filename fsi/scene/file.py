@@ -6,11 +6,11 @@ import re
 import tomllib
 from collections.abc import Iterable
 from difflib import get_close_matches
-from importlib.util import find_spec
 from pathlib import Path
 
 from pydantic import ValidationError
 
+from fsi import plugins
 from fsi.errors import SceneError
 from fsi.scene.check import check_scene
 from fsi.scene.faults import fault_lines
@@ -55,10 +55,13 @@ def scene_levels(source: str | Path) -> dict[str, dict]:
 
 
 def builtin_scenes() -> dict[str, Path]:
-    """Name -> file of the scenes that come with the package `cases` (found without importing it)."""
-    spec = find_spec("cases")
-    folder = Path(spec.submodule_search_locations[0], "scenes") if spec else Path()
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))} if spec else {}
+    """Name -> file of the scenes that installed packages bring, found without importing them. Of two of the same name the
+    first holds, ours before those of others."""
+    found: dict[str, Path] = {}
+    for folder in plugins.folders("scenes"):
+        for file in sorted(folder.glob("*.toml")):
+            found.setdefault(file.stem, file)
+    return found
 
 
 def _find(source: str | Path) -> Path:

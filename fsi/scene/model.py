@@ -11,9 +11,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticKnownError
 
-from fsi.scene.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
+from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
+from fsi.scene.coupler import AnyCoupler, CouplerSettings
+from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.waves import DampingZone, Waves
 
 
@@ -191,37 +194,6 @@ class BodyFile(Part):
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 
-class Oscillation(Part):
-    """Prescribed motion of one joint: amplitude sin(omega t) under a cosine ramp (m or rad)."""
-
-    amplitude: Number
-    omega: Positive  # [rad/s]
-    ramp: NonNegative = 0.0  # [s]
-
-
-class MotionTable(Part):
-    """Prescribed motion of one joint from a table: columns time [s] and position [m or rad]."""
-
-    file: FilePath
-
-
-def _motion_kind(motion) -> str:
-    return "table" if isinstance(motion, MotionTable) or (isinstance(motion, dict) and "file" in motion) else "formula"
-
-
-Motion = Annotated[
-    Annotated[Oscillation, Tag("formula")] | Annotated[MotionTable, Tag("table")], Discriminator(_motion_kind)
-]
-
-
-class CouplerSettings(Part):
-    """How the fluid and the bodies exchange force and motion (`couplers/`)."""
-
-    scheme: Literal["added_mass", "fixed_point", "lagged", "prescribed"] = "added_mass"  # docs/guide/coupling.md
-    tolerance: Positive = 1e-6  # of the settled acceleration, relative
-    motion: dict[str, Motion] = {}  # joint name -> motion, for `prescribed`
-
-
 ACCURACY = {  # defaults that differ from those of `normal`
     "draft": {"smoothing_ratio": 1.5, "mach": 0.3},
     "fine": {
@@ -268,7 +240,13 @@ class Numerics(Part):
         return values
 
 
-FieldName = Literal["pressure", "speed", "viscosity", "eddy_viscosity", "liquid"]  # see fsi.record.fields
+def _known_field(name: str) -> str:
+    if name not in FIELDS and name not in (known := known_fields()):
+        raise PydanticKnownError("literal_error", {"expected": ", ".join(map(repr, known))})
+    return name
+
+
+FieldName = Annotated[str, AfterValidator(_known_field)]  # of the table in fsi.scene.fields
 
 
 class Output(Part):
@@ -301,7 +279,7 @@ class Scene(Part):
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}
     bodies: dict[str, BodyFile] = {}
-    coupler: CouplerSettings = CouplerSettings()
+    coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()
     output: Output = Output()
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from fsi.fluid.gauges import elevation
-from fsi.waves import Motion, piston_transfer, wavenumber
-from fsi.waves.surface import surface
+from fsi.waves.kind import Motion, room
 
 LAG = 0.1  # time constant of the correction [sqrt(depth / g)], against the roughness of the measured surface
 RECALL = 50.0  # time constant with which the piston returns to its path [sqrt(depth / g)]
@@ -27,8 +26,8 @@ class Absorber:
         g, waves = scene.gravity, scene.waves
         self.shift = self.rate = 0.0
         self.furthest = room(motion)
-        self._surface = surface(waves, motion, depth, g)
-        self._gain = gain(waves, depth, g)
+        self._surface = waves.surface(motion, depth, g)
+        self._gain = waves.gain(depth, g)
         self._lag, self._recall = LAG * math.sqrt(depth / g), RECALL * math.sqrt(depth / g)
         self._spacing, self._h, self._level = scene.spacing, scene.smoothing_length, scene.fluid.still_water_level
         self._wall = scene.tank.min[0]
@@ -48,21 +47,3 @@ class Absorber:
         self.rate = min(max(self.rate, (-self.furthest - shift) / dt), (self.furthest - shift) / dt)
         self.shift = shift + dt * self.rate
         return shift, rate, self.rate
-
-
-def room(motion: Motion) -> float:
-    """How far the piston may leave its path [m]."""
-    return max(-motion.reach[0], motion.reach[1])
-
-
-def gain(waves, depth: float, g: float) -> float:
-    """Velocity of the piston over the elevation that it takes up [1/s]: omega S/H at the waves' period, the longest of a
-    packet; of long waves where there is none."""
-    periods = {"regular": "period", "irregular": "peak_period"}
-    if waves.kind in periods:
-        omega = 2 * math.pi / getattr(waves, periods[waves.kind])
-    elif waves.kind == "packet":
-        omega = 2 * math.pi / max(group.period for group in waves.groups)
-    else:
-        return math.sqrt(g / depth)
-    return omega / piston_transfer(wavenumber(omega, depth, g) * depth)

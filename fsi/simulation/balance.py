@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fsi.fluid.gauges import elevation, pressure_at
-from fsi.particles.layout import FIRST_BODY, PISTON
+from fsi.owners import FIRST_BODY, PISTON
 from fsi.sph import corrector
 
 

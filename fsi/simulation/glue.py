@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.fluid.fluid import Fluid
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 from fsi.protocols import BodySet
 from fsi.sph import corrector
 

@@ -14,7 +14,8 @@ from fsi.compute.team import Team
 from fsi.errors import RunError
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.timestep import TimeStep, to_reach
-from fsi.particles.layout import FIRST_BODY, build
+from fsi.owners import FIRST_BODY
+from fsi.particles.layout import build
 from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.model import Scene
 from fsi.simulation.balance import Balance

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsi.fluid.fluid import Fluid
-from fsi.particles.layout import FIRST_BODY, PISTON
+from fsi.owners import FIRST_BODY, PISTON
 from fsi.protocols import BodyMotion, BodySet
 
 

@@ -40,3 +40,11 @@ def evanescent(omega: float, depth: float, g: float, count: int = 12) -> tuple[n
         above = -middle * np.tan(middle) > alpha
         low, high = np.where(above, middle, low), np.where(above, high, middle)
     return high / depth, 4 * np.sin(high) ** 2 / (2 * high + np.sin(2 * high))
+
+
+def cosine_ramp(t: float, ramp: float) -> tuple[float, float, float]:
+    """A factor that rises from 0 at t = 0 to 1 at t = ramp [s], and its first two derivatives."""
+    if t >= ramp:
+        return 1.0, 0.0, 0.0
+    n = math.pi / ramp
+    return 0.5 * (1 - math.cos(n * t)), 0.5 * n * math.sin(n * t), 0.5 * n * n * math.cos(n * t)

@@ -6,7 +6,7 @@ import pytest
 from bodies import load
 from bodies.roundness import roundness
 from couplers import make
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 

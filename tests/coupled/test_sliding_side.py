@@ -7,8 +7,8 @@ import pytest
 
 from cases.validation.coupling import models
 from cases.validation.coupling.forced_heave import harmonic
-from fsi.particles.layout import FIRST_BODY
-from fsi.runner import bind
+from fsi.owners import FIRST_BODY
+from fsi.plugins import bind
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from couplers import AddedMass, Prescribed, make
+from couplers.prescribed import MotionTable, Oscillation, PrescribedSettings
 from fsi.errors import SceneError
-from fsi.scene.model import CouplerSettings, MotionTable, Oscillation
 
 FLAP = """<body name="flap"><joint name="hinge" axis="0 1 0" pos="0 0 -0.5"/>
 <geom name="flap" type="box" size="0.1 0.2 0.5"/></body>"""
@@ -45,7 +45,7 @@ def test_table(make_bodies, linear_fluid, tmp_path):
         file, np.column_stack([times, 0.1 * np.sin(2 * times) ** 2]), delimiter=",", header="time,angle", comments=""
     )
     bodies = make_bodies(FLAP)
-    coupler = make(CouplerSettings(scheme="prescribed", motion={"hinge": MotionTable(file=file)}), bodies)
+    coupler = make(PrescribedSettings(motion={"hinge": MotionTable(file=file)}), bodies)
     fluid, dt = linear_fluid(np.eye(6), np.zeros(6)), 1e-2
     for step in range(100):
         coupler.step(fluid, bodies, step * dt, dt)
@@ -60,12 +60,12 @@ def test_make_and_its_errors(make_bodies, tmp_path):
     with pytest.raises(
         SceneError, match=r"run.toml: coupler.motion: no joint 'hing'; known hinge and slide joints: hinge"
     ):
-        make(CouplerSettings(scheme="prescribed", motion={"hing": wave}), bodies, "run.toml")
+        make(PrescribedSettings(motion={"hing": wave}), bodies, "run.toml")
     with pytest.raises(SceneError, match=r"coupler.motion: no joint has a motion; add"):
-        make(CouplerSettings(scheme="prescribed"), bodies)
+        make(PrescribedSettings(), bodies)
     file = tmp_path / "late.csv"
     file.write_text("time,angle\n0,0.3\n1,0.2\n2,0.3\n")
     with pytest.raises(SceneError, match=r"coupler.motion.hinge: starts at 0.3 where the body file has the joint at 0"):
-        make(CouplerSettings(scheme="prescribed", motion={"hinge": MotionTable(file=file)}), bodies)
+        make(PrescribedSettings(motion={"hinge": MotionTable(file=file)}), bodies)
     with pytest.raises(SceneError, match=r"coupler.motion: has no effect with this scheme; set"):
         make(CouplerSettings(motion={"hinge": wave}), bodies)

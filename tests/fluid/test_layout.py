@@ -6,7 +6,8 @@ from tanks import still_tank
 
 from fsi.errors import SceneError
 from fsi.fluid.timestep import TimeStep, to_reach
-from fsi.particles.layout import PISTON, WALL, build
+from fsi.owners import PISTON, WALL
+from fsi.particles.layout import build
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

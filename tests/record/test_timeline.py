@@ -9,7 +9,7 @@ from stand_in import event, frame
 rerun = pytest.importorskip("rerun")
 
 from fsi.record.colours import colour_map, packed  # noqa: E402
-from fsi.record.fields import FIELDS, levels  # noqa: E402
+from fsi.record.fields import levels, top  # noqa: E402
 from fsi.record.timeline import TimelineRecorder  # noqa: E402
 
 
@@ -61,8 +61,8 @@ def test_full_disk_is_told(scene, tmp_path, monkeypatch):
 
 
 def test_colours_have_one_range(scene):
-    assert FIELDS["pressure"].top(scene) == pytest.approx(1000 * 9.81 * 0.5)
-    assert FIELDS["speed"].top(scene) == pytest.approx(0.5 * (9.81 * 0.5) ** 0.5)
+    assert top(scene, "pressure") == pytest.approx(1000 * 9.81 * 0.5)
+    assert top(scene, "speed") == pytest.approx(0.5 * (9.81 * 0.5) ** 0.5)
     given = frame(0)
     given.pressure = np.array([-5.0, 0.0, 500 * 9.81 * 0.5, 1e9, np.nan])
     assert list(levels(given, "pressure", scene)) == [0, 0, 127, 255, 0]

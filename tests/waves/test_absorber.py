@@ -9,9 +9,9 @@ from test_motions import DEPTH, EVERY_KIND, G, sea
 from fsi.scene.model import Scene
 from fsi.scene.waves import SolitaryWave
 from fsi.simulation import absorber
-from fsi.waves import piston, piston_transfer, reach, wavenumber
+from fsi.waves import piston, piston_transfer, wavenumber
+from fsi.waves.kinds.regular import bound_harmonic
 from fsi.waves.linear import evanescent
-from fsi.waves.surface import bound_harmonic, surface
 
 
 def scene(**waves) -> Scene:
@@ -40,7 +40,7 @@ def test_a_stokes_wave_of_second_order():
 def test_the_surface_of_every_kind_of_waves():
     """Well before the piston only the travelling wave is left; it moves at its speed, and at the piston its volume is what
     the piston displaces."""
-    found = {name: surface(w, piston(w, DEPTH, G), DEPTH, G) for name, w in EVERY_KIND.items()}
+    found = {name: w.surface(piston(w, DEPTH, G), DEPTH, G) for name, w in EVERY_KIND.items()}
     k = wavenumber(2 * math.pi / 1.5, DEPTH, G)
     later = 2.0 * k * 1.5 / (2 * math.pi)  # the time over 2 m
     assert found["regular"](9.0, 6.0) == pytest.approx(found["regular"](9.0 + later, 8.0), abs=1e-9)
@@ -64,7 +64,7 @@ def test_what_the_piston_answers_to_a_wave_is_not_reflected(monkeypatch):
     at = scene(wave_height=0.1, period=2.5, order=1)
     motion = piston(at.waves, DEPTH, G)
     control = absorber.Absorber(at, motion, DEPTH)
-    omega, dt, expected = 2 * math.pi / 2.5, 4e-3, surface(at.waves, motion, DEPTH, G)
+    omega, dt, expected = 2 * math.pi / 2.5, 4e-3, at.waves.surface(motion, DEPTH, G)
     outgoing, state = [], {}
 
     def level(position, point, spacing, h):
@@ -76,7 +76,7 @@ def test_what_the_piston_answers_to_a_wave_is_not_reflected(monkeypatch):
         state["face"] = face = motion(t)[0] + control.shift
         state["made"] = expected(t, face + 2 * at.smoothing_length)
         state["in"] = 0.03 * math.sin(omega * t)
-        state["out"] = state["in"] + control.rate / absorber.gain(at.waves, DEPTH, G)
+        state["out"] = state["in"] + control.rate / at.waves.gain(DEPTH, G)
         before = control.shift
         _, _, after = control.step(t, dt, None, motion(t)[0])
         assert control.shift == pytest.approx(before + dt * after)
@@ -89,7 +89,7 @@ def test_without_waves_coming_back_the_piston_returns_to_its_path(monkeypatch):
     motion = piston(at.waves, DEPTH, G)
     control = absorber.Absorber(at, motion, DEPTH)
     control.shift = 0.05
-    expected = surface(at.waves, motion, DEPTH, G)
+    expected = at.waves.surface(motion, DEPTH, G)
     times = np.arange(0, 60, 0.01)
     for t in times:
         x = motion(t)[0]
@@ -103,7 +103,7 @@ def test_without_waves_coming_back_the_piston_returns_to_its_path(monkeypatch):
 def test_the_piston_keeps_to_the_room_it_has(monkeypatch):
     at = scene(kind="solitary", wave_height=0.1)
     control = absorber.Absorber(at, piston(at.waves, DEPTH, G), DEPTH)
-    back, forth = reach(at.waves, DEPTH, G)
+    back, forth = at.waves.excursion(motion)
     monkeypatch.setattr(absorber, "elevation", lambda *_: 5.0)
     for n in range(2000):
         control.step(n * 0.01, 0.01, None, 0.0)
@@ -133,7 +133,7 @@ def test_in_three_dimensions_the_surface_is_read_across_the_tank(monkeypatch):
 def test_the_gain_is_that_of_the_waves_and_of_long_waves():
     long = scene(wave_height=0.01, period=20.0).waves
     none = SolitaryWave(kind="solitary", wave_height=0.1)
-    assert absorber.gain(long, DEPTH, G) == pytest.approx(absorber.gain(none, DEPTH, G), rel=0.01)
+    assert long.gain(DEPTH, G) == pytest.approx(none.gain(DEPTH, G), rel=0.01)
     k = wavenumber(2 * math.pi / 1.5, DEPTH, G)
     expected = 2 * math.pi / 1.5 / piston_transfer(k * DEPTH)
-    assert absorber.gain(EVERY_KIND["packet"], DEPTH, G) == pytest.approx(expected)
+    assert EVERY_KIND["packet"].gain(DEPTH, G) == pytest.approx(expected)

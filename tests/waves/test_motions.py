@@ -7,9 +7,10 @@ import pytest
 
 from fsi.errors import SceneError
 from fsi.scene.waves import IrregularWaves, RegularWaves, SolitaryWave, WavePacket
-from fsi.waves import RegularPiston, TablePiston, piston, piston_transfer, wavenumber
-from fsi.waves.irregular import spectrum
-from fsi.waves.regular import second_order_stroke
+from fsi.waves import piston, piston_transfer, wavenumber
+from fsi.waves.kinds.irregular import spectrum
+from fsi.waves.kinds.regular import RegularPiston, second_order_stroke
+from fsi.waves.kinds.table import TablePiston
 from fsi.waves.sponge import reflection
 
 DEPTH, G = 0.5, 9.81
@@ -60,7 +61,7 @@ def test_every_motion_starts_at_zero_keeps_within_its_reach_and_differentiates(w
     motion = piston(waves, DEPTH, G)
     assert motion(0.0)[:2] == (0.0, 0.0)
     derivatives_agree(motion, [0.3, 0.61, 1.1, 1.9, 2.87, 4.7])
-    back, forth = motion.reach
+    back, forth = motion.excursion
     path = [motion(t)[0] for t in np.linspace(0, 60, 6001)]
     assert back <= min(path) and max(path) <= forth
     steps = np.diff([motion(t)[1] for t in np.linspace(0, 8, 8001)])

@@ -6,7 +6,7 @@ import pytest
 from fsi.errors import SceneError
 from fsi.scene.file import load_scene
 from fsi.tables import read_table
-from fsi.waves.table import natural_spline
+from fsi.waves.kinds.table import natural_spline
 
 GOOD = ["0,0", "0.5,0.01", "1,0.0", "1.5,-0.01", "2,0"]
 

@@ -16,7 +16,7 @@ import numpy as np
 from cases.validation.coupling import models
 from cases.validation.coupling.energy import Inside, Total
 from cases.validation.engine.case import Case, Measure
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 
 G, SPEED = 9.81, 1.0
 HALF = (0.12, 0.08)  # of the bodies, along x and z [m]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 
 MEMORY = 0.1  # s
 

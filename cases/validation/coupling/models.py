@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 
 FILE = """<mujoco>
   <option timestep="0.02" integrator="implicitfast" gravity="0 0 {gravity}"/>{assets}

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.validation.engine.case import Case, Measure
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 
 HALF, HIGH, RATIO, PITCH, DEPTH = 0.1, 0.08, 0.5, 0.5, 0.5  # m
 STIFFNESS = 1000 * 9.81 * 2 * HALF  # hydrostatic, N/m

@@ -22,7 +22,7 @@ from cases.validation.engine.case import Case, Measure
 from cases.validation.engine.scenes import builder, spacings
 from cases.validation.fluid.leaks import Leaks
 from cases.validation.theory.series import impulse, low_passed, relative_rms
-from fsi.particles.layout import FIRST_BODY
+from fsi.owners import FIRST_BODY
 from fsi.simulation.loop import Simulation
 from fsi.sph.kernel import value
 

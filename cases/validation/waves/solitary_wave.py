@@ -15,7 +15,7 @@ from cases.validation.engine.case import Case, Measure
 from cases.validation.waves.wavemaker import NUMERICS
 from fsi.fluid.gauges import elevation
 from fsi.simulation.loop import Simulation
-from fsi.waves.solitary import SolitaryPiston
+from fsi.waves.kinds.solitary import SolitaryPiston
 
 G, DEPTH, HEIGHT = 9.81, 0.2, 0.3  # the height in depths
 GAUGES = np.array([5.0, 25.0]) * DEPTH

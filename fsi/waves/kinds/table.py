@@ -2,11 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
+from fsi.errors import SceneError
+from fsi.parts import FilePath
 from fsi.tables import read_table
+from fsi.waves.kind import Fault, Water, WaveKind
+
+
+class Waves(WaveKind):
+    """Piston that follows a table: columns time [s], displacement [m], commas, a header line."""
+
+    kind: Literal["table"]
+    file: FilePath
+
+    def piston(self, depth: float, g: float) -> TablePiston:
+        return TablePiston(self.file)
+
+    def faults(self, water: Water) -> Iterator[Fault]:
+        if fault := table_fault(self.file):
+            yield "waves.file", *fault
+            return
+        motion = TablePiston(self.file)
+        start = float(motion(0.0)[0])
+        if abs(start) > 1e-6 * max(map(abs, motion.excursion)):
+            first = f"the first row is {motion.t[0]:g}, {motion.x[0]:g}"
+            fault = f"column position: {first}, so the piston begins at {start:.4g} m, and the wall is at 0"
+            yield "waves.file", fault, f"add {-start:.4g} to the column, or begin with a row of 0"
 
 
 class TablePiston:
@@ -18,7 +44,7 @@ class TablePiston:
     def __init__(self, file: Path):
         self.t, self.x = read_motion_table(file)
         self.curvature = natural_spline(self.t, self.x)
-        self.reach = float(self.x.min()), float(self.x.max())
+        self.excursion = float(self.x.min()), float(self.x.max())
 
     def __call__(self, t: float) -> tuple[float, float, float]:
         if t <= self.t[0]:
@@ -57,3 +83,14 @@ def read_motion_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     """Columns time [s] and position of a comma-separated file with one header line. Raises SceneError."""
     rows = read_table(file, ("time", "position"), 3)
     return rows[:, 0], rows[:, 1]
+
+
+def table_fault(file: Path) -> tuple[str, str] | None:
+    """Fault and fix of a motion table that is not there or cannot be read, None for a good one."""
+    if not file.is_file():
+        return f"no such file: {file}", "check the path; it is relative to the scene file"
+    try:
+        read_motion_table(file)
+    except SceneError as error:
+        return error.fault, error.fix
+    return None

@@ -3,8 +3,48 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import Literal
+
+from fsi.parts import NonNegative, Positive
+from fsi.waves.kind import BREAKING_DEPTH_RATIO, LEAST_HEIGHT, Fault, Surface, Water, WaveKind, resolved
 
 TAIL = 5.0  # theta at which the wave's endless ends are cut: eta is 2e-4 H there
+
+
+class Waves(WaveKind):
+    """One solitary wave, by the piston's path of Goring (1978): the piston moves forward once and stays there."""
+
+    kind: Literal["solitary"]
+    wave_height: Positive  # crest above still water [m]
+    theory: Literal["boussinesq", "rayleigh"] = "rayleigh"  # of the wave's shape; rayleigh suits higher waves better
+    start: NonNegative = 0.0  # when the piston begins to move [s]
+
+    def piston(self, depth: float, g: float) -> SolitaryPiston:
+        return SolitaryPiston(self.wave_height, depth, g, self.theory, self.start)
+
+    def faults(self, water: Water) -> Iterator[Fault]:
+        if self.wave_height > BREAKING_DEPTH_RATIO * water.depth:
+            fault = f"{self.wave_height:g} m is more than {BREAKING_DEPTH_RATIO} of the depth {water.depth:g} m"
+            yield "waves.wave_height", f"{fault}, where a solitary wave breaks", "use a lower wave or deeper water"
+
+    def warnings(self, water: Water) -> Iterator[str]:
+        return resolved(water, "the wave height", self.wave_height, LEAST_HEIGHT)
+
+    def figures(self, water: Water) -> Iterator[str]:
+        height, depth = self.wave_height, water.depth
+        speed = math.sqrt(water.g * (depth + height))
+        over = height / water.spacing
+        yield f"height {height:g} m, H/d {height / depth:.2f}, speed {speed:.3g} m/s, {over:.1f} spacings high"
+
+    def surface(self, motion, depth: float, g: float) -> Surface:
+        crest = motion.start + 0.5 * motion.time  # when it passes the middle of the stroke
+
+        def elevation(t: float, x: float) -> float:
+            theta = motion.k * (motion.speed * (t - crest) - (x - 0.5 * motion.stroke))
+            return self.wave_height / math.cosh(min(abs(theta), 50.0)) ** 2
+
+        return elevation
 
 
 class SolitaryPiston:
@@ -25,7 +65,7 @@ class SolitaryPiston:
         self.stroke = 2 * self.half * math.tanh(TAIL)
 
     @property
-    def reach(self) -> tuple[float, float]:
+    def excursion(self) -> tuple[float, float]:
         return 0.0, self.stroke
 
     def __call__(self, t: float) -> tuple[float, float, float]:

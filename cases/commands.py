@@ -1,0 +1,119 @@
+"""The commands of `fsi` that need more than `fsi`: validation, benchmarks, studies and reports.
+
+Each is an entry point of the group `spindrift.commands` (`fsi.plugins`); what a command needs is imported when it runs.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from fsi import runner
+from fsi.command import AsJson
+from fsi.errors import RunError
+
+
+def validate(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="CASE", help="Cases, groups, patterns such as 'still_*', or 'defaults'; all if none."),
+    ] = None,
+    level: Annotated[
+        list[str] | None,
+        typer.Option(metavar="coarse|medium|paper|fine", help="Resolution; coarse if none. Repeatable."),
+    ] = None,
+    solver: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Variant of the numerics; the default if none. Repeatable.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of rows, plots and VALIDATION.md.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
+    figures: Annotated[bool, typer.Option("--figures", help="A page with pictures for each run.")] = False,
+    pages: Annotated[
+        bool, typer.Option("--pages", help="Run nothing: write a page for each case from kept rows.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the solver against exact answers and experiments."""
+    if pages:
+        from cases.validation.engine.validate import pages as write_pages
+
+        print("\n".join(map(str, write_pages(names or (), out=out))))
+        return
+    result = runner.validate(
+        names or (),
+        levels=level or (),
+        solvers=solver or (),
+        out=out,
+        threads=threads,
+        jobs=jobs,
+        figures=figures,
+        quiet=quiet,
+    )
+    if as_json:
+        print(json.dumps([row.as_dict() for row in result.rows]))
+    else:
+        console = Console()
+        console.width = max(console.width, 100)  # the table's, also where the output is no terminal
+        for part in result.tables():
+            console.print(part)
+        print(f"written to {result.report}")
+    if result.failures:
+        raise RunError("\n".join(result.failures))
+
+
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="A trial on tiny sizes, whose figures mean nothing.")] = False,
+    large: Annotated[bool, typer.Option("--large", help="Also sizes of up to 20 million particles.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The report; BENCHMARK.md if not given, none with --quick.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure speed, memory and start-up on this machine."""
+    result = runner.bench(quick=quick, large=large, out=out, quiet=quiet)
+    if as_json:
+        print(json.dumps(result.result))
+        return
+    for table in result.tables():
+        Console().print(table)
+    if result.report:
+        print(f"written to {result.report}")
+
+
+def sweep(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md.")],
+    workers: Annotated[
+        int | None, typer.Option(min=0, help="Worker processes; as many as there are cores if not given.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, e.g. tcp://host:8786, in place of workers.")
+    ] = None,
+    threads: Annotated[int, typer.Option(min=1, help="Threads of each worker.")] = 1,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the study; studies/NAME if none.")] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Also write the table as CSV.")] = False,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Also write the table as Parquet.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Run failed runs again.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a parameter study, or go on with one that was stopped."""
+    options = {"workers": workers, "scheduler": scheduler, "threads": threads, "retry": retry, "quiet": quiet}
+    result = runner.sweep(study, out=out, **options)
+    from cases.study.summary import summary, summary_lines
+
+    facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])
+    print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
+    if facts["runs"] and not facts["done"]:
+        raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
+
+
+def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
+    """Write the report of a run or a study: one HTML page, and its plots as PNG."""
+    print(runner.report(directory))

@@ -1,0 +1,162 @@
+"""Finds what `fsi` does not import: entry points of the installed packages, ours and those of others.
+
+A package registers a thing in its pyproject.toml, under the group `spindrift.GROUP`; nothing of ours has to be edited:
+
+| group     | name                 | value                                                                      |
+|-----------|----------------------|----------------------------------------------------------------------------|
+| commands  | of `fsi NAME`        | a function with typer's annotations; the first line of its docstring is shown |
+| functions | of `fsi.NAME(...)`   | the same from Python                                                       |
+| engines   | `mujoco`             | a module with `load(scene, source)` and `mesh_solid(file, dimension, crop)`  |
+| couplers  | of the scheme        | a subclass of `fsi.scene.coupler.CouplerSettings`                          |
+| waves     | of the kind          | a subclass of `fsi.waves.kind.WaveKind`                                    |
+| fields    | of the output field  | a `fsi.scene.fields.ParticleField`                                         |
+| scenes    | any                  | a package or folder of a package that holds scenes, NAME.toml              |
+| cases     | of the validation case | a module whose `CASES` holds it                                          |
+
+Nothing is imported before it is used, and nothing is looked up that no scene or command asks for.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fsi.errors import SceneError
+from fsi.extras import require
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+OURS = "spindrift"
+
+
+def registered(group: str) -> dict[str, tuple[EntryPoint, ...]]:
+    """Name -> entry points of that name in a group; more than one where packages contradict each other."""
+    return _by_group(tuple(sys.path)).get(f"{OURS}.{group}", {})
+
+
+@lru_cache(maxsize=4)
+def _by_group(path: tuple[str, ...]) -> dict[str, dict[str, tuple[EntryPoint, ...]]]:
+    """Group -> name -> entry points, of the packages on this search path."""
+    from importlib.metadata import entry_points
+
+    found: dict[str, dict[str, tuple[EntryPoint, ...]]] = {}
+    for group in (every := entry_points()).groups:
+        if group.startswith(f"{OURS}."):
+            names = found.setdefault(group, {})
+            for entry in sorted(
+                every.select(group=group), key=lambda entry: _package(entry) != OURS
+            ):  # ours come first
+                if all(entry.value != other.value for other in names.get(entry.name, ())):  # installed twice
+                    names[entry.name] = (*names.get(entry.name, ()), entry)
+    return found
+
+
+def find(group: str, name: str) -> Any:
+    """The thing that is registered by that name. Raises SceneError where none or more than one is, or where the package
+    that brings it cannot be imported."""
+    entries = registered(group).get(name, ())
+    what = f"{group.removesuffix('s')} {name!r}"
+    if not entries:
+        known = ", ".join(registered(group))
+        fix = f"known are {known}" if known else "install spindrift anew, e.g. pip install -e ."
+        raise SceneError(f"no package brings the {what}", fix=fix)
+    if len(entries) > 1:
+        packages = ", ".join(map(_package, entries))
+        raise SceneError(f"several packages bring the {what}: {packages}", fix="uninstall all but one of them")
+    try:
+        return entries[0].load()
+    except SceneError:  # an optional package is missing, and the error says which
+        raise
+    except Exception as fault:
+        package = _package(entries[0])
+        raise SceneError(
+            f"the {what} of the package {package!r} ({entries[0].value}) cannot be loaded: {type(fault).__name__}: {fault}",
+            fix=f"repair or uninstall {package}",
+        ) from fault
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else "unknown"
+
+
+def summary(group: str, name: str) -> str:
+    """First line of the docstring of a registered function, read from its source, so that nothing is imported."""
+    entry = registered(group)[name][0]
+    file = _source(entry.module)
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8")) if file else ast.Module([], [])
+    except (OSError, SyntaxError, ValueError):
+        tree = ast.Module([], [])
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and node.name == entry.attr:
+            return (ast.get_docstring(node) or "").partition("\n")[0]
+    return f"From the package {_package(entry)}."
+
+
+def _source(module: str) -> Path | None:
+    """The file of a module, without importing it or its packages; None where there is none to read."""
+    place = _place(module)
+    files = (place / "__init__.py", place.with_suffix(".py")) if place else ()
+    return next((file for file in files if file.is_file()), None)
+
+
+def _place(module: str) -> Path | None:
+    """Path of a module or a folder in its package, without suffix; None where the package is not there."""
+    top, *rest = module.split(".")
+    try:
+        spec = find_spec(top)
+    except ValueError:
+        return None
+    if spec is None:
+        return None
+    if spec.submodule_search_locations:
+        return Path(next(iter(spec.submodule_search_locations)), *rest)
+    return Path(spec.origin).with_suffix("") if spec.origin and not rest else None
+
+
+def folders(group: str) -> list[Path]:
+    """The folders that are registered in a group, in the order of the packages, ours first; nothing is imported.
+    Raises SceneError where one is not there."""
+    found = []
+    for name, entries in registered(group).items():
+        for entry in entries:
+            place = _place(entry.module)
+            if place is None or not place.is_dir():
+                package = _package(entry)
+                fault = f"the {group} {name!r} of the package {package!r} are in no folder: {entry.value}"
+                raise SceneError(fault, fix=f"repair or uninstall {package}")
+            found.append(place)
+    return found
+
+
+def function(name: str) -> Any:
+    """The function behind `fsi.NAME`, see `find`."""
+    return find("functions", name)
+
+
+def engine(name: str = "mujoco") -> Any:
+    """The module that loads bodies and bathymetries, see `find`."""
+    return find("engines", name)
+
+
+def bind(scene, label: str, *, bodies: bool = True, ground: bool = True) -> tuple[Any, Any, Any]:
+    """The bodies, the coupler and the ground of a scene, which messages call `label`; each None where it has none, or where
+    it is not asked for. Raises SceneError where one of them cannot be made."""
+    moved = coupler = solid = None
+    if scene.bodies and bodies:
+        require("mujoco", "bodies", "a scene with bodies")
+        moved = engine().load(scene, label)
+        coupler = scene.coupler.make(moved, label)
+    if scene.tank.bathymetry and ground:
+        require("trimesh", "bodies", "a bathymetry")
+        margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
+        low, high = (
+            [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
+        )
+        solid = engine().mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
+    return moved, coupler, solid
