@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Discriminator, Tag
+from pydantic import Discriminator, Field, Tag
 
 from fsi.errors import SceneError
 from fsi.parts import FilePath, NonNegative, Number, Part, Positive
@@ -43,7 +43,7 @@ class PrescribedSettings(CouplerSettings):
     """Joints that follow a given motion."""
 
     scheme: Literal["prescribed"] = "prescribed"
-    motion: dict[str, Motion] = {}  # joint name -> motion
+    motion: dict[str, Motion] = Field(default_factory=dict)  # joint name -> motion
 
     def make(self, bodies: BodySet, source: object = "scene.toml") -> Prescribed:
         return Prescribed(self.motion, bodies, source)

@@ -95,7 +95,7 @@ def wave_period(scene: Scene) -> float | None:
 
 def is_regular(scene: Scene) -> bool:
     """Whether the scene's waves are one linear wave that goes on for the whole run."""
-    return scene.waves is not None and len(scene.waves.components(water_depth(scene), scene.gravity)) == 1
+    return scene.waves is not None and len(scene.waves.linear_waves(water_depth(scene), scene.gravity)) == 1
 
 
 def window(data, scene: Scene, start: float | None = None):
@@ -160,7 +160,7 @@ def _incident(part, scene: Scene, period: float | None) -> complex:
         return 0.0
     k = wavenumber(2 * math.pi / period, water_depth(scene), scene.gravity)
     place = float(part.body_position.sel(axis="x").values[:, 0].mean()) - scene.tank.min[0]
-    [(height, _)] = scene.waves.components(water_depth(scene), scene.gravity)
+    [(height, _)] = scene.waves.linear_waves(water_depth(scene), scene.gravity)
     return 0.5 * height * np.exp(-1j * k * place)
 
 
@@ -182,7 +182,7 @@ def incident_power(scene: Scene) -> float | None:
     """Power of the scene's waves per metre of crest by linear theory [W/m]; of irregular waves that of the components
     that make them up. None for waves that do not go on."""
     depth, g = water_depth(scene), scene.gravity
-    parts = scene.waves.components(depth, g) if scene.waves else []
+    parts = scene.waves.linear_waves(depth, g) if scene.waves else []
     return sum(wave_power(height, period, depth, scene.fluid.density, g) for height, period in parts) if parts else None
 
 

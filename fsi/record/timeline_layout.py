@@ -137,7 +137,7 @@ def log_legend(stream, scene: Scene, field: str) -> None:
         bar = np.repeat(np.repeat(colour_map()[None], BAR // 256, axis=1), 12, axis=0)
         stream.log(f"{path}/bar", rr.Image(bar), static=True)
         places, highest = np.array([0.0, 0.5, 1.0]) * BAR, top(scene, field)
-        labels = [f"{share * top:.4g} {facts.units}" for share in (0.0, 0.5, 1.0)]
+        labels = [f"{share * highest:.4g} {facts.units}" for share in (0.0, 0.5, 1.0)]
     text, points = [*labels, field.replace("_", " ")], [*((x, 20) for x in places), (-0.16 * BAR, 4)]
     ghost = {"radii": [0.01], "colors": [0x707070FF], "show_labels": True}
     stream.log(f"{path}/labels", rr.Points2D(points, labels=text, **ghost), static=True)

@@ -62,6 +62,8 @@ def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]
             str(place[-1]),
             _known_keys(place[:-1], root),
         )  # of all kinds of the part: the key may belong to another
+        if owners := _owners(place, root):
+            return "unknown key", f"it belongs to {owners}"
         return "unknown key", _choice(key, [k for k in known if k != key], "known are {}")
     if kind == "missing":
         return "missing", "add it"
@@ -97,10 +99,21 @@ def _known_keys(place: list, root: type[BaseModel]) -> list[str]:
     return sorted({key for part in parts for key in part.model_fields})
 
 
+def _owners(place: list, root: type[BaseModel]) -> str:
+    """The choices, such as `kind = 'packet'`, that a key of the part of `root` has a use with; "" where there are none."""
+    *parts, key = place
+    if len(parts) != 1 or parts[0] not in root.model_fields:
+        return ""
+    field = root.model_fields[parts[0]]
+    chosen = [choice for choice in field.metadata if isinstance(choice, ChosenBy)] + _choices(field.annotation)
+    found = [f"{c.key} = {name!r}" for c in chosen for name, model in c.models().items() if key in model.model_fields]
+    return " or ".join(found)
+
+
 def _models(field: FieldInfo) -> list[type[BaseModel]]:
     """Every part of a scene that a field of a part may hold."""
     chosen = [choice for choice in field.metadata if isinstance(choice, ChosenBy)] + _choices(field.annotation)
-    return [model for choice in chosen for model in choice.models()] or _parts(field.annotation)
+    return [model for choice in chosen for model in choice.models().values()] or _parts(field.annotation)
 
 
 def _choices(annotation) -> list[ChosenBy]:

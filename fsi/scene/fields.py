@@ -5,15 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from fsi import plugins
+from fsi.protocols import Frame
 
-if TYPE_CHECKING:
-    from fsi.protocols import Frame
-    from fsi.scene.model import Scene
+Scene = Any  # fsi.scene.model.Scene, which imports this table
 
 
 @dataclass(frozen=True)

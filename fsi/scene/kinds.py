@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationInfo
 from pydantic_core import PydanticKnownError, core_schema
+
+from fsi.errors import SceneError
 
 
 @dataclass(frozen=True)
@@ -22,9 +25,13 @@ class ChosenBy:
     names: Callable[[], Iterable[str]]
     load: Callable[[str], type[BaseModel]]
 
-    def models(self) -> list[type[BaseModel]]:
-        """All models."""
-        return [self.load(name) for name in self.names()]
+    def models(self) -> dict[str, type[BaseModel]]:
+        """All models by name, but for those of packages that cannot be imported."""
+        found = {}
+        for name in self.names():
+            with suppress(SceneError):
+                found[name] = self.load(name)
+        return found
 
     def __get_pydantic_core_schema__(self, source, handler):
         def validate(value: Any, info: ValidationInfo):
@@ -39,7 +46,10 @@ class ChosenBy:
                 tags = ", ".join(map(repr, known))
                 context = {"discriminator": self.key, "tag": str(chosen), "expected_tags": tags}
                 raise PydanticKnownError("union_tag_invalid", context)
-            return self.load(chosen).model_validate({self.key: chosen} | value, context=info.context)
+            shared = source.model_fields
+            own = self.key not in shared or chosen != self.default or not value.keys() <= shared.keys()
+            model = self.load(chosen) if own else source  # the base stands for the default, as long as it has no keys
+            return model.model_validate({self.key: chosen} | value, context=info.context)
 
         def dump(value: BaseModel, info):
             return value.model_dump(mode=info.mode, exclude_none=info.exclude_none)
@@ -49,4 +59,4 @@ class ChosenBy:
         )
 
     def __get_pydantic_json_schema__(self, schema, handler):
-        return {"oneOf": [handler(model.__pydantic_core_schema__) for model in self.models()]}
+        return {"oneOf": [handler(model.__pydantic_core_schema__) for model in self.models().values()]}

@@ -77,7 +77,7 @@ class WaveKind(Part):
         """The trains of waves that it is made of; damping zones and active absorption are judged by the longest."""
         return []
 
-    def components(self, depth: float, g: float) -> list[tuple[float, float]]:
+    def linear_waves(self, depth: float, g: float) -> list[tuple[float, float]]:
         """Height [m] and period [s] of each linear wave of waves that go on for the whole run, for figures of what they
         carry; one alone where they are regular, none where they pass."""
         return []
@@ -95,8 +95,9 @@ class WaveKind(Part):
         dr, depth = water.spacing, water.depth
         for name, height, period in self.trains(water):
             length = water.length(period)
+            kd = 2 * math.pi * depth / length
             yield (
-                f"{name}, height {height:g} m, period {period:g} s, length {length:.3g} m, kd {2 * math.pi * depth / length:.2f}, "
+                f"{name}, height {height:g} m, period {period:g} s, length {length:.3g} m, kd {kd:.2f}, "
                 f"H/L {height / length:.3f}, {height / dr:.1f} spacings high, {length / dr:.0f} long"
             )
 

@@ -6,6 +6,7 @@ import pytest
 from couplers import AddedMass, Prescribed, make
 from couplers.prescribed import MotionTable, Oscillation, PrescribedSettings
 from fsi.errors import SceneError
+from fsi.scene.coupler import CouplerSettings
 
 FLAP = """<body name="flap"><joint name="hinge" axis="0 1 0" pos="0 0 -0.5"/>
 <geom name="flap" type="box" size="0.1 0.2 0.5"/></body>"""
@@ -67,5 +68,3 @@ def test_make_and_its_errors(make_bodies, tmp_path):
     file.write_text("time,angle\n0,0.3\n1,0.2\n2,0.3\n")
     with pytest.raises(SceneError, match=r"coupler.motion.hinge: starts at 0.3 where the body file has the joint at 0"):
         make(PrescribedSettings(motion={"hinge": MotionTable(file=file)}), bodies)
-    with pytest.raises(SceneError, match=r"coupler.motion: has no effect with this scheme; set"):
-        make(CouplerSettings(motion={"hinge": wave}), bodies)

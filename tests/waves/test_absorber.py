@@ -102,7 +102,8 @@ def test_without_waves_coming_back_the_piston_returns_to_its_path(monkeypatch):
 
 def test_the_piston_keeps_to_the_room_it_has(monkeypatch):
     at = scene(kind="solitary", wave_height=0.1)
-    control = absorber.Absorber(at, piston(at.waves, DEPTH, G), DEPTH)
+    motion = piston(at.waves, DEPTH, G)
+    control = absorber.Absorber(at, motion, DEPTH)
     back, forth = at.waves.excursion(motion)
     monkeypatch.setattr(absorber, "elevation", lambda *_: 5.0)
     for n in range(2000):

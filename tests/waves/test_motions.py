@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from fsi.errors import SceneError
-from fsi.scene.waves import IrregularWaves, RegularWaves, SolitaryWave, WavePacket
 from fsi.waves import piston, piston_transfer, wavenumber
+from fsi.waves.kinds.irregular import Waves as IrregularWaves
 from fsi.waves.kinds.irregular import spectrum
+from fsi.waves.kinds.packet import Waves as WavePacket
 from fsi.waves.kinds.regular import RegularPiston, second_order_stroke
+from fsi.waves.kinds.regular import Waves as RegularWaves
+from fsi.waves.kinds.solitary import Waves as SolitaryWave
 from fsi.waves.kinds.table import TablePiston
 from fsi.waves.sponge import reflection
 

@@ -145,6 +145,7 @@ def _case(name: str, title: str, linear: float) -> Case:
     return Case(name, title, reference, spacings(name), builder(name), Pitch, target)
 
 
+NAMES = ("owsc", "owsc_2d", "owsc_2d_surface")
 CASES = {
     case.name: case
     for case in (

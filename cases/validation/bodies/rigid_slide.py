@@ -209,6 +209,7 @@ SPREADS = (
 )
 LOW = "The wave in the basin is half a spacing high at 40 mm, 22 to 23 mm: lower than the channel's by 5.90 and 5.96."
 
+NAMES = ("slide_channel", "slide_channel_prescribed", "slide_basin", "slide_basin_prescribed", "solitary_channel")
 CASES = {
     case.name: case
     for case in (

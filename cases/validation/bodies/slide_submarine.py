@@ -141,6 +141,7 @@ def _case(name: str, title: str, target: dict, reference: str = "", reasons: str
 
 FREE = {"law": 0.03, "theory": 0.1, "displacement": 0.05}
 
+NAMES = ("slide_submarine", "slide_submarine_contact", "slide_submarine_glued", "slide_submarine_prescribed")
 CASES = {
     case.name: case
     for case in (

@@ -108,6 +108,7 @@ def _free(name: str, title: str, more: dict) -> Case:
     return Case(name, title, reference, spacings(name), builder(name), Free, target)
 
 
+NAMES = ("spar", "spar_heave", "spar_free")
 CASES = {
     case.name: case
     for case in (

@@ -108,6 +108,7 @@ class FacePressure(Pictured):
         return charts
 
 
+NAMES = ("wedge_entry",)
 CASES = {
     "wedge_entry": Case(
         "wedge_entry",

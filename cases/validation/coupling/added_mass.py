@@ -150,6 +150,7 @@ class Acceleration(Measure):
         return {"added_mass": (self.pull / acceleration - self.inertia) / self.exact - 1}
 
 
+NAMES = ("added_mass_annulus", "added_mass_shaken", "added_mass_sphere")
 CASES = {
     "added_mass_annulus": Case(
         "added_mass_annulus",

@@ -61,6 +61,7 @@ def _scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("schemes_flap",)
 CASES = {
     "schemes_flap": Case(
         "schemes_flap",

@@ -132,4 +132,5 @@ def _case(shape: str, dimension: int) -> Case:
     )
 
 
+NAMES = ("archimedes_box", "archimedes_ball", "archimedes_box_3d", "archimedes_ball_3d")
 CASES = {case.name: case for case in (_case(shape, d) for d in (2, 3) for shape in ("box", "ball"))}

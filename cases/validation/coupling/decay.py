@@ -187,6 +187,7 @@ def round_scene(shape: str):
 ROUNDS = {"sphere": sphere(), "spar": spar()}
 TARGET = {"period": 0.03, "decay": 0.1}
 
+NAMES = ("decay_heave_2d", "decay_pitch_2d", "decay_roll_2d", "decay_sphere", "decay_spar")
 CASES = {
     "decay_heave_2d": Case(
         "decay_heave_2d", "A box 0.4 m wide with a draft of 0.1 m is let go 2 cm above its rest and heaves, 2D",

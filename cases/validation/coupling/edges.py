@@ -148,6 +148,7 @@ def _case(
     return Case(name, title, reference, LEVELS, scene, measure, target, reasons)
 
 
+NAMES = ("zero_gravity", "free_flight", "leave_and_return", "pinned")
 CASES = {
     case.name: case
     for case in (

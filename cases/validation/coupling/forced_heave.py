@@ -94,4 +94,5 @@ def _case(omega: float) -> Case:
     )
 
 
+NAMES = ("forced_heave_3", "forced_heave_4", "forced_heave_5")
 CASES = {case.name: case for case in map(_case, COEFFICIENTS)}

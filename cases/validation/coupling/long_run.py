@@ -74,6 +74,7 @@ def _scene(spacing: float, folder: Path) -> dict:
     }
 
 
+NAMES = ("flap_200_periods",)
 CASES = {
     "flap_200_periods": Case(
         "flap_200_periods",

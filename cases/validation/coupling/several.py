@@ -197,6 +197,7 @@ REASONS = {
     "collision": "Particles caught between the bodies when they meet have no room: a few (3 of 4600 at 2 cm) end up more than"
     " half a spacing inside one of them.",
 }
+NAMES = ("float_chain", "mooring", "collision", "light_and_heavy")
 CASES = {
     name: Case(
         name,

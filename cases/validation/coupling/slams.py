@@ -118,6 +118,7 @@ class Slap(Measure):
         return {"impulse": (SPEED - speed) / (SPEED * added / (self.mass + added)) - 1}
 
 
+NAMES = ("drops_box", "drops_wedge", "plate_slap")
 CASES = {
     f"drops_{shape}": Case(
         f"drops_{shape}",

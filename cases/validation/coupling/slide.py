@@ -150,6 +150,7 @@ def _case(name: str, title: str, layers: int) -> Case:
     )
 
 
+NAMES = ("slide_contact", "slide_glued")
 CASES = {
     "slide_contact": _case("slide_contact", "contact of body and ramp", 0),
     "slide_glued": _case("slide_glued", "two layers of fluid glued to its face", LAYERS),

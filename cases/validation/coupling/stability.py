@@ -216,6 +216,7 @@ def _case(arrangement: str) -> Case:
     )
 
 
+NAMES = ("stability_heave", "stability_flap", "stability_box", "stability_raft")
 CASES = {case.name: case for case in map(_case, ARRANGEMENTS)}
 
 

@@ -98,6 +98,7 @@ class Created(Measure):
         }
 
 
+NAMES = ("stiff_mechanisms",)
 CASES = {
     "stiff_mechanisms": Case(
         "stiff_mechanisms",

@@ -170,7 +170,7 @@ def _table(own: dict[str, list[Result]]) -> list[str]:
     lines = [f"| case | what is compared | {' | '.join(LEVELS)} |", "|" + "---|" * (2 + len(LEVELS))]
     for name, results in own.items():
         rows, case = {r.row.level: r.row for r in results}, load(name)
-        where = f"[{name}](cases/validation/{module_of(name).replace('.', '/')}.py)"
+        where = f"[{name}]({module_of(name).replace('.', '/')}.py)"
         lines.append(f"| {where} | {case.title} | {' | '.join(_cell(rows.get(level)) for level in LEVELS)} |")
     return [*lines, ""]
 

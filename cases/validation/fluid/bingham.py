@@ -79,6 +79,7 @@ def _scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("bingham_channel",)
 CASES = {
     "bingham_channel": Case(
         "bingham_channel",

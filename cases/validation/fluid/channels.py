@@ -104,6 +104,7 @@ LOWER_HALF = {"lower": LOWER | {"blocks": [{"min": [0.0, 0.0], "max": [GAP, 0.5 
 SPACING = {"coarse": GAP / 20, "medium": GAP / 40, "paper": GAP / 80}
 TARGET = {"velocity_l2": 0.02, "velocity_linf": 0.04}
 
+NAMES = ("two_liquids_channel", "implicit_viscosity", "eddy_viscosity")
 CASES = {
     case.name: case
     for case in (

@@ -67,6 +67,7 @@ def _inviscid(spacing: float, folder) -> dict:
 _scene = builder("dam_front")
 
 
+NAMES = ("dam_front", "dam_energy")
 CASES = {
     "dam_front": Case(
         "dam_front",

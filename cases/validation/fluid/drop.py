@@ -137,6 +137,7 @@ def _scene(duration: float, field: float):
 
 SPACING = {"coarse": RADIUS / 25, "medium": RADIUS / 50, "paper": RADIUS / 100}
 
+NAMES = ("elliptical_drop", "oscillating_drop")
 CASES = {
     case.name: case
     for case in (

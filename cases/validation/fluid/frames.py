@@ -187,6 +187,7 @@ REFERENCE += f" after a tenth of the {STEPS} steps; sweeps in double precision."
 TARGET = {"difference": 1e-6, "difference_early": 1e-12}
 SPACING = {"coarse": 0.04, "medium": 0.02, "paper": 0.01}
 
+NAMES = ("moving_frame", "turned_frame", "askew_frame", "mirror")
 CASES = {
     case.name: case
     for case in (

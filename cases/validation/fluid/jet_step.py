@@ -86,6 +86,7 @@ def _scene(spacing: float, folder: Path) -> dict:
     }
 
 
+NAMES = ("jet_step",)
 CASES = {
     "jet_step": Case(
         "jet_step",

@@ -73,6 +73,7 @@ def layered_scene(lower: float, upper: float, **numerics):
 SPACING = {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80}
 TARGET = {"pressure_l2": 0.003, "pressure_linf": 0.01, "rms_speed": 0.002, "mixed": 0.0, "volume_drift": 0.002}
 
+NAMES = ("two_layers", "layers_100", "water_and_air")
 CASES = {
     case.name: case
     for case in (

@@ -160,6 +160,7 @@ REFERENCE = "Exact: moments of the kernel; derivatives of a sine (root mean squa
 KERNEL = {"integral": 0.02, "first_moment": 0.02, "gradient": 0.05, "laplacian": 0.05, "gradient_strewn": 0.1}
 FREE = {"momentum": 1e-13, "angular_momentum": 1e-13, "energy_rate": 0.05}
 
+NAMES = ("kernel_2d", "kernel_3d", "free_2d", "free_3d")
 CASES = {
     case.name: case
     for case in (

@@ -85,6 +85,7 @@ def _case(name: str, title: str, reference: str, measure, target: dict, reasons:
     return Case(name, title, reference, spacings(name), builder(name), measure, target, reasons)
 
 
+NAMES = ("tank_still", "column_collapse", "dam_tank")
 CASES = {
     case.name: case
     for case in (

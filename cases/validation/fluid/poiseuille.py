@@ -59,6 +59,7 @@ def _scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("poiseuille",)
 CASES = {
     "poiseuille": Case(
         "poiseuille",

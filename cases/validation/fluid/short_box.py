@@ -128,6 +128,7 @@ def _scene(spacing: float, folder: Path) -> dict:
 TARGET = {"leaks": 0.0} | {f"p{n}_impulse": 0.1 for n in (1, 2, 3, 4)}
 TARGET |= {"h1_m": 0.05, "h2_m": 0.03, "h3_m": 0.05, "h4_m": 0.03} | {f"arrival_{name}_s": 0.03 for name in ARRIVAL}
 
+NAMES = ("box_short",)
 CASES = {
     "box_short": Case(
         "box_short",

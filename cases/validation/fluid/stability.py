@@ -140,6 +140,7 @@ def picture(case: Case, rows: Sequence[Row]):
     return figure
 
 
+NAMES = ("stability",)
 CASES = {
     "stability": Case(
         "stability",

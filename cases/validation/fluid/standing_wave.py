@@ -88,6 +88,7 @@ def _scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("standing_wave",)
 CASES = {
     "standing_wave": Case(
         "standing_wave",

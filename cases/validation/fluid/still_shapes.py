@@ -103,6 +103,7 @@ def water_over_planes(count: int = 600) -> tuple[float, float]:
     return float(depth.mean()), -float((depth**2).mean() / (2 * depth.mean()))
 
 
+NAMES = ("still_step", "still_slope", "still_corner", "still_planes_3d")
 CASES = {
     case.name: case
     for case in (

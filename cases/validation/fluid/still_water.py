@@ -77,6 +77,7 @@ TARGET_3D = TARGET_2D | {"pressure_l2": 0.006, "pressure_linf": 0.012}
 FINE_2D = {"coarse": DEPTH / 25, "medium": DEPTH / 50, "paper": DEPTH / 100}
 FINE_3D = {"coarse": DEPTH / 25, "medium": DEPTH / 40, "paper": DEPTH / 50}
 
+NAMES = ("still_water", "still_water_long", "still_water_3d")
 CASES = {
     case.name: case
     for case in (

@@ -87,6 +87,7 @@ def _scene(spacing: float, folder: Path) -> dict:
     return data
 
 
+NAMES = ("column_tall",)
 CASES = {
     "column_tall": Case(
         "column_tall",

@@ -62,6 +62,7 @@ def _scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("taylor_green",)
 CASES = {
     "taylor_green": Case(
         "taylor_green",

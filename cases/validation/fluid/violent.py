@@ -74,6 +74,7 @@ def _case(name, title, tank: dict, fluid: dict, duration: float, spacing: float,
 
 
 CLOSED = ["x-", "x+", "z-", "z+"]
+NAMES = ("violent_corner", "violent_jet", "violent_fill", "violent_columns", "violent_droplet", "long_run")
 CASES = {
     case.name: case
     for case in (

@@ -56,6 +56,7 @@ def scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("active_absorption",)
 CASES = {
     "active_absorption": Case(
         "active_absorption",

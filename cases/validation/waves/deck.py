@@ -140,6 +140,7 @@ def _case(name: str, title: str, scene, reasons: str = "") -> Case:
     return Case(name, title, reference, spacings("deck_overtopping"), scene, Packet, target, reasons)
 
 
+NAMES = ("deck_overtopping", "deck_waves")
 CASES = {
     case.name: case
     for case in (

@@ -77,6 +77,7 @@ def scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("irregular_sea",)
 CASES = {
     "irregular_sea": Case(
         "irregular_sea",

@@ -62,6 +62,7 @@ class Crest(Pictured):
         ]
 
 
+NAMES = ("scott_russell",)
 CASES = {
     "scott_russell": Case(
         "scott_russell",

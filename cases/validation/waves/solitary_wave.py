@@ -67,6 +67,7 @@ def scene(spacing: float, folder) -> dict:
     }
 
 
+NAMES = ("solitary_wave",)
 CASES = {
     "solitary_wave": Case(
         "solitary_wave",

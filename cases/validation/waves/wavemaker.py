@@ -94,6 +94,7 @@ def _case(name: str, kd: float, height: float, first: float, span: float = 0.5, 
     return Case(name, title, reference, spacing, flume.scene, lambda sim: Heights(sim, flume), target, REASONS)
 
 
+NAMES = ("wavemaker_0.5", "wavemaker_1", "wavemaker_2", "wavemaker_3", "wave_decay")
 CASES = {
     case.name: case
     for case in (

@@ -45,7 +45,7 @@ class Waves(WaveKind):
     def trains(self, water: Water) -> list[Train]:
         return [Train("at the peak", self.Hm0, self.peak_period)]
 
-    def components(self, depth: float, g: float) -> list[tuple[float, float]]:
+    def linear_waves(self, depth: float, g: float) -> list[tuple[float, float]]:
         sea = self.piston(depth, g)
         return [(2 * a, 2 * math.pi / w) for a, w in zip(sea.wave_amplitude, sea.omega, strict=True)]
 

@@ -55,7 +55,7 @@ class Waves(WaveKind):
         order = self.order_in(2 * math.pi / water.length(self.period), water.depth)
         return [Train(f"order {order}", self.wave_height, self.period)]
 
-    def components(self, depth: float, g: float) -> list[tuple[float, float]]:
+    def linear_waves(self, depth: float, g: float) -> list[tuple[float, float]]:
         return [(self.wave_height, self.period)]
 
     def faults(self, water: Water) -> Iterator[Fault]:

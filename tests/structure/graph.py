@@ -1,0 +1,198 @@
+"""The graph of imports of a checkout: `python tests/structure/graph.py [DIR] [--picture FILE]`.
+
+Every import counts, also those within functions and those for type checkers alone. Prints files, floors (the longest chain of
+imports), arrows and circles, of modules and of rooms (folders); draws the rooms of `fsi` and the packages around it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+from pathlib import Path
+
+PACKAGES = ("fsi", "bodies", "couplers", "cases")
+Graph = dict[str, set[str]]
+
+
+def modules(root: Path) -> dict[str, Path]:
+    """Module -> file of the packages in a checkout."""
+    files = (path for package in PACKAGES for path in sorted((root / package).rglob("*.py")))
+    return {".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path for path in files}
+
+
+def imports(path: Path, module: str) -> list[tuple[str, int]]:
+    """What a file imports, dotted, with the line: `from a import b` is both `a` and `a.b`."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [(alias.name, node.lineno) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            above = module.split(".")[: -node.level] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            found += [(base, node.lineno), *((f"{base}.{alias.name}", node.lineno) for alias in node.names)]
+    return found
+
+
+def graph(root: Path) -> Graph:
+    """Module -> modules of ours that it imports. A package counts where a name is taken from its `__init__` itself."""
+    files = modules(root)
+    return {module: _targets(path, module, files) - {module} for module, path in files.items()}
+
+
+def _targets(path: Path, module: str, files: dict[str, Path]) -> set[str]:
+    targets = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            targets |= {alias.name for alias in node.names if alias.name in files}
+        elif isinstance(node, ast.ImportFrom):
+            above = module.split(".")[: -node.level] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                targets |= {inner if inner in files else base} & files.keys()
+    return targets
+
+
+def room(module: str, files: dict[str, Path]) -> str:
+    """The folder of a module, dotted."""
+    return module if files[module].name == "__init__.py" else module.rpartition(".")[0]
+
+
+def rooms(arrows: Graph, files: dict[str, Path]) -> Graph:
+    """Room -> rooms that its modules import from."""
+    found: Graph = {room(module, files): set() for module in arrows}
+    for module, targets in arrows.items():
+        here = room(module, files)
+        found[here] |= {room(target, files) for target in targets} - {here}
+    return found
+
+
+def circles(arrows: Graph) -> list[list[str]]:
+    """Sets of nodes that import each other, all ways round (strongly connected components; Tarjan 1972)."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(node: str) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for target in sorted(arrows[node]):
+            if target not in index:
+                visit(target)
+            if target in stack:
+                low[node] = min(low[node], low[target])
+        if low[node] == index[node]:
+            together = stack[stack.index(node) :]
+            del stack[-len(together) :]
+            if len(together) > 1:
+                found.append(sorted(together))
+
+    for node in sorted(arrows):
+        if node not in index:
+            visit(node)
+    return found
+
+
+def floors(arrows: Graph) -> dict[str, int]:
+    """Floor of each node: 1 more than the highest that it imports from; a circle counts as one node."""
+    together = {node: tuple(group) for group in circles(arrows) for node in group}
+    heights: dict[str, int] = {}
+
+    def height(node: str) -> int:
+        if node not in heights:
+            group = together.get(node, (node,))
+            below = {target for member in group for target in arrows[member]} - set(group)
+            value = 1 + max(map(height, sorted(below)), default=0)
+            heights.update(dict.fromkeys(group, value))
+        return heights[node]
+
+    return {node: height(node) for node in arrows}
+
+
+def facts(arrows: Graph) -> str:
+    """One line: nodes, floors, arrows, circles."""
+    found = circles(arrows)
+    sizes = f" of {', '.join(str(len(group)) for group in found)}" if found else ""
+    return (
+        f"{len(arrows)}, floors {max(floors(arrows).values(), default=0)}, "
+        f"arrows {sum(map(len, arrows.values()))}, circles {len(found)}{sizes}"
+    )
+
+
+def within(arrows: Graph, package: str) -> Graph:
+    """The part of the graph in a package."""
+    inside = {node for node in arrows if node == package or node.startswith(f"{package}.")}
+    return {node: arrows[node] & inside for node in inside}
+
+
+def overview(root: Path) -> Graph:
+    """Rooms of `fsi`, the modules beside them, and the other packages as one node each; what all may use is left out."""
+    files, arrows = modules(root), graph(root)
+
+    def name(module: str) -> str:
+        package, *rest = module.split(".")
+        if package != "fsi":
+            return package
+        return ".".join(["fsi", *rest[:1]])
+
+    found: Graph = {}
+    for module, targets in arrows.items():
+        found.setdefault(name(module), set()).update({name(target) for target in targets} - {name(module)})
+    drawn = {node for node in found if files.get(node) is None or files[node].name == "__init__.py"}
+    drawn = (drawn | {"fsi.runner", "fsi.command"}) & found.keys() - {"fsi"}
+    return {node: found[node] & drawn for node in drawn}
+
+
+def picture(root: Path, file: Path) -> None:
+    """Draw the overview: each node on its floor, arrows down to what it imports that nothing in between imports for it."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    matplotlib.rcParams["svg.hashsalt"] = "spindrift"  # the same file for the same graph
+    import matplotlib.pyplot as plt
+
+    arrows = overview(root)
+    level = floors(arrows)
+    top = max(level.values())
+    places = {}
+    for floor in range(1, top + 1):
+        row = sorted(node for node in arrows if level[node] == floor)
+        for n, node in enumerate(row):
+            places[node] = ((n - (len(row) - 1) / 2) * 2.6 + (0.55 if floor % 2 else -0.55), 1.15 * floor)
+    figure, axes = plt.subplots(figsize=(9, 1.15 * top + 0.6))
+    for node, targets in arrows.items():
+        for target in targets:
+            far = level[node] - level[target]
+            axes.annotate(
+                "", places[target], places[node], zorder=1,
+                arrowprops={"arrowstyle": "-|>", "color": "0.55" if far == 1 else "0.8", "shrinkA": 14, "shrinkB": 14,
+                            "lw": 1.2 if far == 1 else 0.8, "connectionstyle": f"arc3,rad={0.0 if far == 1 else 0.12}"},
+            )  # fmt: skip
+    for node, (x, y) in places.items():
+        ours = node.startswith("fsi")
+        box = {"boxstyle": "round,pad=0.45", "fc": "#dcebf7" if ours else "#fbe9d3", "ec": "#31688e" if ours else "#b5651d"}
+        axes.text(x, y, re.sub(r"^fsi\.", "", node), ha="center", va="center", fontsize=11, bbox=box, zorder=2)
+    axes.set(xlim=(min(x for x, _ in places.values()) - 1.6, max(x for x, _ in places.values()) + 1.6))
+    axes.set(ylim=(0.5, 1.15 * top + 0.6))
+    axes.axis("off")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, bbox_inches="tight", dpi=110, metadata={"Date": None} if file.suffix == ".svg" else None)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("checkout", nargs="?", type=Path, default=Path(__file__).parents[2])
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the rooms as SVG or PNG")
+    chosen = parser.parse_args()
+    arrows, files = graph(chosen.checkout), modules(chosen.checkout)
+    print(f"all: files {facts(arrows)}")
+    for package in PACKAGES:
+        print(f"{package}: files {facts(within(arrows, package))}")
+    print(f"rooms: {facts(rooms(arrows, files))}")
+    for group in circles(arrows):
+        print(f"circle: {', '.join(group)}")
+    if chosen.picture:
+        picture(chosen.checkout, chosen.picture)
+
+
+if __name__ == "__main__":
+    main()
