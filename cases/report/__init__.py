@@ -1,16 +1,1 @@
 """Reports: one self-contained HTML page a run, and the page and chart builders that other reports share."""
-
-from __future__ import annotations
-
-from pathlib import Path
-
-
-def report(directory: str | Path) -> Path:
-    """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
-    if Path(directory, "run.json").is_file():
-        from cases.report.run import report as of_run
-
-        return of_run(directory)
-    from cases.study.report import report as of_study
-
-    return of_study(directory)

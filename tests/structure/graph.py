@@ -21,42 +21,35 @@ def modules(root: Path) -> dict[str, Path]:
     return {".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path for path in files}
 
 
-def imports(path: Path, module: str) -> list[tuple[str, int]]:
-    """What a file imports, dotted, with the line: `from a import b` is both `a` and `a.b`."""
+def imports(path: Path, module: str) -> list[tuple[str, str, int]]:
+    """What a file imports: module, name that is taken from it ("" for all of it), line."""
     found = []
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            found += [(alias.name, node.lineno) for alias in node.names]
+            found += [(alias.name, "", node.lineno) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            above = module.split(".")[: -node.level] if node.level else []
+            above = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
             base = ".".join([*above, *([node.module] if node.module else [])])
-            found += [(base, node.lineno), *((f"{base}.{alias.name}", node.lineno) for alias in node.names)]
+            found += [(base, alias.name, node.lineno) for alias in node.names]
     return found
 
 
 def graph(root: Path) -> Graph:
     """Module -> modules of ours that it imports. A package counts where a name is taken from its `__init__` itself."""
     files = modules(root)
-    return {module: _targets(path, module, files) - {module} for module, path in files.items()}
 
+    def targets(module: str) -> set[str]:
+        taken = imports(files[module], module)
+        return {f"{base}.{name}" if f"{base}.{name}" in files else base for base, name, _ in taken} & files.keys()
 
-def _targets(path: Path, module: str, files: dict[str, Path]) -> set[str]:
-    targets = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            targets |= {alias.name for alias in node.names if alias.name in files}
-        elif isinstance(node, ast.ImportFrom):
-            above = module.split(".")[: -node.level] if node.level else []
-            base = ".".join([*above, *([node.module] if node.module else [])])
-            for alias in node.names:
-                inner = f"{base}.{alias.name}"
-                targets |= {inner if inner in files else base} & files.keys()
-    return targets
+    return {module: targets(module) - {module} for module in files}
 
 
 def room(module: str, files: dict[str, Path]) -> str:
-    """The folder of a module, dotted."""
-    return module if files[module].name == "__init__.py" else module.rpartition(".")[0]
+    """The folder of a module, dotted; a module beside the rooms of a package, such as `fsi.runner`, stands for itself."""
+    folder = module if files[module].name == "__init__.py" else module.rpartition(".")[0]
+    return module if folder in PACKAGES else folder
 
 
 def rooms(arrows: Graph, files: dict[str, Path]) -> Graph:
@@ -125,25 +118,31 @@ def within(arrows: Graph, package: str) -> Graph:
 
 
 def overview(root: Path) -> Graph:
-    """Rooms of `fsi`, the modules beside them, and the other packages as one node each; what all may use is left out."""
+    """Rooms of `fsi`, its runner and command, and the other packages as one node each, with the arrows that no longer way
+    replaces."""
     files, arrows = modules(root), graph(root)
 
     def name(module: str) -> str:
         package, *rest = module.split(".")
-        if package != "fsi":
-            return package
-        return ".".join(["fsi", *rest[:1]])
+        return ".".join(["fsi", *rest[:1]]) if package == "fsi" else package
 
     found: Graph = {}
     for module, targets in arrows.items():
         found.setdefault(name(module), set()).update({name(target) for target in targets} - {name(module)})
-    drawn = {node for node in found if files.get(node) is None or files[node].name == "__init__.py"}
-    drawn = (drawn | {"fsi.runner", "fsi.command"}) & found.keys() - {"fsi"}
-    return {node: found[node] & drawn for node in drawn}
+    folders = {node for node in found if node in PACKAGES or files[node].name == "__init__.py"}
+    drawn = (folders | {"fsi.runner", "fsi.command"}) & found.keys() - {"fsi"}
+
+    def below(node: str) -> set[str]:
+        return {node}.union(*(below(target) for target in found[node] & drawn))
+
+    return {
+        node: {t for t in found[node] & drawn if not any(t in below(other) for other in found[node] & drawn - {t})}
+        for node in drawn
+    }
 
 
 def picture(root: Path, file: Path) -> None:
-    """Draw the overview: each node on its floor, arrows down to what it imports that nothing in between imports for it."""
+    """Draw the overview: each node on its floor, with arrows down to what it imports."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -159,17 +158,18 @@ def picture(root: Path, file: Path) -> None:
         for n, node in enumerate(row):
             places[node] = ((n - (len(row) - 1) / 2) * 2.6 + (0.55 if floor % 2 else -0.55), 1.15 * floor)
     figure, axes = plt.subplots(figsize=(9, 1.15 * top + 0.6))
+    line = {"arrowstyle": "-|>", "color": "0.5", "shrinkA": 14, "shrinkB": 14, "lw": 1.2}
     for node, targets in arrows.items():
         for target in targets:
-            far = level[node] - level[target]
-            axes.annotate(
-                "", places[target], places[node], zorder=1,
-                arrowprops={"arrowstyle": "-|>", "color": "0.55" if far == 1 else "0.8", "shrinkA": 14, "shrinkB": 14,
-                            "lw": 1.2 if far == 1 else 0.8, "connectionstyle": f"arc3,rad={0.0 if far == 1 else 0.12}"},
-            )  # fmt: skip
+            bend = f"arc3,rad={0.0 if level[node] - level[target] == 1 else 0.1}"
+            axes.annotate("", places[target], places[node], zorder=1, arrowprops=line | {"connectionstyle": bend})
     for node, (x, y) in places.items():
         ours = node.startswith("fsi")
-        box = {"boxstyle": "round,pad=0.45", "fc": "#dcebf7" if ours else "#fbe9d3", "ec": "#31688e" if ours else "#b5651d"}
+        box = {
+            "boxstyle": "round,pad=0.45",
+            "fc": "#dcebf7" if ours else "#fbe9d3",
+            "ec": "#31688e" if ours else "#b5651d",
+        }
         axes.text(x, y, re.sub(r"^fsi\.", "", node), ha="center", va="center", fontsize=11, bbox=box, zorder=2)
     axes.set(xlim=(min(x for x, _ in places.values()) - 1.6, max(x for x, _ in places.values()) + 1.6))
     axes.set(ylim=(0.5, 1.15 * top + 0.6))

@@ -1,63 +1,106 @@
-"""Packages import only what the design lets them, and a scene loads and compiles only what it uses."""
+"""Packages and rooms import only what lies below them, and a scene loads and compiles only what it uses."""
 
-import ast
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
+import graph  # beside this file
+
 ROOT = Path(__file__).parents[2]
+FILES, ARROWS = graph.modules(ROOT), graph.graph(ROOT)
 FORBIDDEN = {
     "fsi": {"bodies", "couplers", "cases"},
     "bodies": {"couplers", "cases"},
     "couplers": {"bodies", "cases"},
     "cases": set(),
 }
-SHELL = {"fsi/runner.py", "fsi/command.py", "fsi/__main__.py"}  # binds everything, lazily
-ONE_MODULE = {"mcap": 2, "rerun": 1, "mujoco": 99, "trimesh": 99}  # modules of fsi that may import it; 99: none
+BASE = {"errors", "extras", "owners", "parts", "plugins", "progress", "protocols", "state", "tables"}
+LAYERS = (  # of fsi, from below; those in one layer know nothing of each other, but for those of the base
+    BASE,
+    {"compute"},
+    {"sph", "waves"},  # waves are pure theory: no particles, and of a scene its [waves] alone
+    {"scene"},
+    {"particles", "record"},
+    {"fluid"},
+    {"simulation"},
+    {"estimate", "session"},
+    {"runner"},
+    {""},  # fsi itself, the public names
+    {"command"},
+    {"__main__"},
+)
 
 
-def imports(path):
-    """Names of the modules that a file imports, with the line."""
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            yield from ((alias.name, node.lineno) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield node.module or "", node.lineno
-            yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+def layer(module):
+    """Number of the layer of a module of fsi, and its name there."""
+    name = module.removeprefix("fsi").removeprefix(".").partition(".")[0]
+    found = next((n for n, names in enumerate(LAYERS) if name in names), None)
+    assert found is not None, f"{module} has no layer; put it into a room, or name it here"
+    return found, name
 
 
-FILES = [path for package in FORBIDDEN for path in sorted((ROOT / package).rglob("*.py"))]
+@pytest.mark.parametrize("module", FILES)
+def test_packages_import_what_they_may(module):
+    package = module.partition(".")[0]
+    bad = {target for target in ARROWS[module] if target.partition(".")[0] in FORBIDDEN[package]}
+    assert not bad
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_layers(path):
-    name = str(path.relative_to(ROOT))
-    if name not in SHELL:
-        bad = [
-            f"{name}:{line}" for module, line in imports(path) if module.split(".")[0] in FORBIDDEN[name.split("/")[0]]
-        ]
-        assert not bad
+@pytest.mark.parametrize("module", [module for module in FILES if module.partition(".")[0] == "fsi"])
+def test_rooms_of_fsi_import_from_below(module):
+    here, name = layer(module)
+    for target in graph.within(ARROWS, "fsi")[module]:
+        there, its_name = layer(target)
+        same = name == its_name or (name in BASE and its_name in BASE)
+        assert there < here or same, f"{module} imports {target}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_package_reaches_for_anothers_private_names(path):
-    package = path.relative_to(ROOT).parts[0]
-    for module, line in imports(path):
-        parts = module.split(".")
-        if parts[0] in FORBIDDEN and parts[0] != package:
-            assert not any(part.startswith("_") for part in parts), f"{path}:{line}"
+def test_there_are_no_circles():
+    assert graph.circles(ARROWS) == []
+    assert graph.circles(graph.rooms(ARROWS, FILES)) == []
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_no_package_takes_anothers_private_names(module):
+    package = module.partition(".")[0]
+    for base, name, line in graph.imports(FILES[module], module):
+        other, *rest = base.split(".")
+        if other in FORBIDDEN and other != package:
+            private = [part for part in [*rest, name] if part.startswith("_") and not part.endswith("__")]
+            assert not private, f"{module}:{line}"
 
 
 def test_heavy_packages_are_imported_in_few_modules():
     importers = {name: set() for name in ("mcap", "rerun", "mujoco", "trimesh")}
-    for path in (ROOT / "fsi").rglob("*.py"):
-        for module, _ in imports(path):
-            if module.split(".")[0] in importers:
-                importers[module.split(".")[0]].add(path.name)
+    for module, path in FILES.items():
+        if module.partition(".")[0] == "fsi":
+            for base, _, _ in graph.imports(path, module):
+                importers.get(base.partition(".")[0], set()).add(module)
     assert not importers["mujoco"] | importers["trimesh"]
     assert len(importers["rerun"]) <= 1 and len(importers["mcap"]) <= 2
+
+
+BEFORE = {
+    "a/__init__.py": "",
+    "a/one.py": "import fsi.b.two",
+    "b/__init__.py": "",
+    "b/two.py": "def f():\n    from ..a import one\n",
+    "__init__.py": "",
+}
+
+
+def test_the_graph_sees_imports_within_functions_and_relative_ones(tmp_path):
+    for name, text in BEFORE.items():
+        file = tmp_path / "fsi" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    arrows = graph.graph(tmp_path)
+    assert arrows["fsi.a.one"] == {"fsi.b.two"} and arrows["fsi.b.two"] == {"fsi.a.one"}
+    assert graph.circles(arrows) == [["fsi.a.one", "fsi.b.two"]]
+    assert graph.facts(arrows) == "5, floors 1, arrows 2, circles 1 of 2"
 
 
 BARE = """
@@ -75,8 +118,8 @@ sim = Simulation(scene, threads=1)
 sim.run()
 heavy = {"mujoco", "trimesh", "rerun", "mcap", "google", "typer", "rich", "xarray", "matplotlib", "pandas"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
-assert not {"bodies", "couplers", "cases", "fsi.simulation.glue"} & set(sys.modules)
-unused = {f"fsi.waves.{name}" for name in ("irregular", "solitary", "packet", "absorber", "surface")}
+assert not {"bodies", "couplers", "cases", "fsi.simulation.glue", "fsi.simulation.absorber"} & set(sys.modules)
+unused = {f"fsi.waves.kinds.{name}" for name in ("irregular", "solitary", "packet", "table", "regular")}
 assert not unused & set(sys.modules), unused & set(sys.modules)
 
 fluid = sim.fluid
@@ -96,4 +139,21 @@ assert fluid._responses == [] and fluid.rheology is None and fluid._relative is 
 
 def test_a_bare_scene_imports_and_compiles_only_what_it_uses():
     done = subprocess.run([sys.executable, "-c", BARE], capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+
+
+REGULAR = """
+import sys
+import fsi
+
+fsi.Scene(spacing=0.05, duration=1, tank={"min": (0, -0.5), "max": (9, 0.5)}, waves={"wave_height": 0.1, "period": 1.5},
+          coupler={"scheme": "added_mass"}, output={"fields": ("speed",)})
+kinds = {name for name in sys.modules if name.startswith("fsi.waves.kinds.")}
+assert kinds == {"fsi.waves.kinds.regular"}, kinds
+assert "couplers" not in sys.modules and "cases" not in sys.modules
+"""
+
+
+def test_a_scene_imports_its_own_kind_of_waves_alone():
+    done = subprocess.run([sys.executable, "-c", REGULAR], capture_output=True, text=True, timeout=100)
     assert done.returncode == 0, done.stderr
