@@ -5,7 +5,7 @@ A package registers a thing in its pyproject.toml, under the group `spindrift.GR
 | group     | name                 | value                                                                      |
 |-----------|----------------------|----------------------------------------------------------------------------|
 | commands  | of `fsi NAME`        | a function with typer's annotations; the first line of its docstring is shown |
-| functions | of `fsi.NAME(...)`   | the same from Python                                                       |
+| functions | `sweep`, `report`, ... | what `fsi.sweep(...)` and its like call                                    |
 | engines   | `mujoco`             | a module with `load(scene, source)` and `mesh_solid(file, dimension, crop)`  |
 | couplers  | of the scheme        | a subclass of `fsi.scene.coupler.CouplerSettings`                          |
 | waves     | of the kind          | a subclass of `fsi.waves.kind.WaveKind`                                    |

@@ -51,12 +51,9 @@ class ChosenBy:
             model = self.load(chosen) if own else source  # the base stands for the default, as long as it has no keys
             return model.model_validate({self.key: chosen} | value, context=info.context)
 
-        def dump(value: BaseModel, info):
-            return value.model_dump(mode=info.mode, exclude_none=info.exclude_none)
-
         return core_schema.with_info_plain_validator_function(
-            validate, serialization=core_schema.plain_serializer_function_ser_schema(dump, info_arg=True)
-        )
+            validate, serialization=core_schema.simple_ser_schema("any")
+        )  # written as what it is
 
     def __get_pydantic_json_schema__(self, schema, handler):
         return {"oneOf": [handler(model.__pydantic_core_schema__) for model in self.models().values()]}
