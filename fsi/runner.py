@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fsi.errors import RunError
 from fsi.plugins import bind, function
@@ -20,6 +21,9 @@ from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.check import scene_warnings
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Run:
     simulated_seconds: float
     wall_seconds: float
 
-    def load(self):
+    def load(self) -> Dataset:
         """The time series as an `xarray.Dataset`, see `fsi.load_run`."""
         return load_run(self.folder)
 
@@ -100,7 +104,7 @@ def check(
     level: str | None = None,
     measure: int = 0,
     threads: int | None = None,
-) -> dict:
+) -> dict[str, Any]:
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
     seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
     are run and timed (`fsi.estimate.measured`).
@@ -135,7 +139,7 @@ def validate(
     jobs: int = 1,
     figures: bool = False,
     quiet: bool = False,
-):
+) -> Any:
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.engine.validate`."""
     say = _silent if quiet else _say
     return function("validate")(
@@ -150,19 +154,20 @@ def validate(
     )
 
 
-def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False):
+def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False) -> Any:
     """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
     return function("bench")(quick=quick, large=large, out=out, say=_silent if quiet else _say)
 
 
-def sweep(study, **options):
+def sweep(study: Any, **options: Any) -> Any:
     """Run a parameter study (a file, or a `cases.Study`) and return its dataset; see `cases.study.engine.sweep`."""
     return function("sweep")(study, **options)
 
 
 def report(directory: str | Path) -> Path:
     """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
-    return function("report")(directory)
+    page: Path = function("report")(directory)
+    return page
 
 
 def _load(

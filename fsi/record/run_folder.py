@@ -8,6 +8,7 @@ import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 PACKAGES = ("spindrift", "numpy", "numba", "mcap", "mujoco", "rerun-sdk")
 
@@ -64,7 +68,7 @@ def read_manifest(path: str | Path) -> dict:
         raise SceneError(f"{path} holds no run", fix="give the folder that `fsi run` named") from None
 
 
-def load_run(path: str | Path):
+def load_run(path: str | Path) -> Dataset:
     """The time series of a run as an `xarray.Dataset`, also of one that is still running or was killed.
 
     Dimensions `time`, `axis`, `wxyz`, `body`, `dry_body`, `joint`, `gauge`, `probe`; every variable has `units` and
