@@ -7,10 +7,10 @@ import pytest
 from test_motions import DEPTH, EVERY_KIND, G, sea
 
 from fsi.scene.model import Scene
-from fsi.scene.waves import SolitaryWave
 from fsi.simulation import absorber
 from fsi.waves import piston, piston_transfer, wavenumber
 from fsi.waves.kinds.regular import bound_harmonic
+from fsi.waves.kinds.solitary import Waves as SolitaryWave
 from fsi.waves.linear import evanescent
 
 

@@ -15,9 +15,9 @@ from cases.validation.engine.case import Case, Measure
 from cases.validation.theory.separation import group_speed
 from cases.validation.waves.wavemaker import NUMERICS
 from fsi.fluid.gauges import elevation
-from fsi.scene.waves import IrregularWaves
 from fsi.simulation.loop import Simulation
 from fsi.waves import piston, wavenumber
+from fsi.waves.kinds.irregular import Waves as IrregularWaves
 
 G, DEPTH = 9.81, 0.3
 WAVES = IrregularWaves(kind="irregular", Hm0=0.045, peak_period=1.1, highest=2.0, seed=103)
