@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import re
 from pathlib import Path
 
 PACKAGES = ("fsi", "bodies", "couplers", "cases")
@@ -158,21 +157,21 @@ def picture(root: Path, file: Path) -> None:
         for n, node in enumerate(row):
             places[node] = ((n - (len(row) - 1) / 2) * 2.6 + (0.55 if floor % 2 else -0.55), 1.15 * floor)
     figure, axes = plt.subplots(figsize=(9, 1.15 * top + 0.6))
-    line = {"arrowstyle": "-|>", "color": "0.5", "shrinkA": 14, "shrinkB": 14, "lw": 1.2}
+    boxes = {}
+    for node, (x, y) in places.items():
+        fill, edge = ("#dcebf7", "#31688e") if node.startswith("fsi") else ("#fbe9d3", "#b5651d")
+        style = {"boxstyle": "round,pad=0.45", "fc": fill, "ec": edge}
+        text = axes.text(x, y, node.removeprefix("fsi."), ha="center", va="center", fontsize=11, bbox=style, zorder=2)
+        boxes[node] = text
+    axes.set(xlim=(min(x for x, _ in places.values()) - 1.6, max(x for x, _ in places.values()) + 1.6))
+    axes.set(ylim=(0.5, 1.15 * top + 0.6))
+    figure.canvas.draw()  # the boxes have their sizes
     for node, targets in arrows.items():
         for target in targets:
             bend = f"arc3,rad={0.0 if level[node] - level[target] == 1 else 0.1}"
-            axes.annotate("", places[target], places[node], zorder=1, arrowprops=line | {"connectionstyle": bend})
-    for node, (x, y) in places.items():
-        ours = node.startswith("fsi")
-        box = {
-            "boxstyle": "round,pad=0.45",
-            "fc": "#dcebf7" if ours else "#fbe9d3",
-            "ec": "#31688e" if ours else "#b5651d",
-        }
-        axes.text(x, y, re.sub(r"^fsi\.", "", node), ha="center", va="center", fontsize=11, bbox=box, zorder=2)
-    axes.set(xlim=(min(x for x, _ in places.values()) - 1.6, max(x for x, _ in places.values()) + 1.6))
-    axes.set(ylim=(0.5, 1.15 * top + 0.6))
+            ends = {"patchA": boxes[node].get_bbox_patch(), "patchB": boxes[target].get_bbox_patch()}
+            line = {"arrowstyle": "-|>", "color": "0.5", "shrinkA": 1, "shrinkB": 2, "lw": 1.2, "connectionstyle": bend}
+            axes.annotate("", places[target], places[node], zorder=1, arrowprops=line | ends)
     axes.axis("off")
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, bbox_inches="tight", dpi=110, metadata={"Date": None} if file.suffix == ".svg" else None)
