@@ -9,12 +9,13 @@ rows, `other_*` gives one neighbour's numbers to all lanes. Indices must not be 
 from __future__ import annotations
 
 import operator
+from functools import cache
 
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
 from numba.core import cgutils, types
-from numba.core.imputils import lower_builtin
+from numba.core.imputils import impl_ret_borrowed, lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
@@ -307,6 +308,82 @@ def at(typing, array, i):
         return builder.zext(builder.load(_pointer(context, builder, array, args[0], args[1])), I64)
 
     return types.intp(array, types.intp), gen
+
+
+# ---------------------------------------------------------------------------------------------- sums of a group
+
+
+def _parts(sums):
+    """Type, first number and lanes of each part of a tuple of Lanes and Spatial, laid one after the other."""
+    first = 0
+    for part in sums:
+        lanes = part.lanes if isinstance(part, Spatial) else part
+        yield part, first, lanes
+        first += lanes.n * (part.dim if isinstance(part, Spatial) else 1)
+
+
+@_lane_op
+def numbers_in(typing, sums):
+    """How many numbers a tuple of Lanes and Spatial holds."""
+    total = sum(part.lanes.n * part.dim if isinstance(part, Spatial) else part.n for part in sums)
+    return types.intp(sums), lambda context, builder, sig, args: ir.Constant(I64, total)
+
+
+@_lane_op
+def store_all(typing, array, sums):
+    """A tuple of Lanes and Spatial into a flat array, one after the other."""
+
+    def gen(context, builder, sig, args):
+        for p, (part, first, lanes) in enumerate(_parts(sums)):
+            value = builder.extract_value(args[1], p)
+            if isinstance(part, Lanes):
+                _store(context, builder, array, args[0], ir.Constant(I64, first), value)
+                continue
+            for d in range(part.dim):
+                place = ir.Constant(I64, first + d * lanes.n)
+                _store(context, builder, array, args[0], place, builder.extract_value(value, d))
+        return context.get_dummy_value()
+
+    return types.void(array, sums), gen
+
+
+@_lane_op
+def lane_of(typing, array, lane, sums):
+    """One lane of what `store_all` left of such a tuple: numbers, and tuples of numbers for vectors."""
+    kinds = [types.UniTuple(a.dtype, p.dim) if isinstance(p, Spatial) else a.dtype for p, _, a in _parts(sums)]
+    out = types.Tuple(kinds)
+
+    def gen(context, builder, sig, args):
+        flat, lane, _ = args
+        read = lambda first: builder.load(_pointer(context, builder, array, flat, lane, first))  # noqa: E731
+        values = []
+        for kind, (_, first, lanes) in zip(kinds, _parts(sums), strict=True):
+            if isinstance(kind, types.UniTuple):
+                numbers = [read(first + d * lanes.n) for d in range(kind.count)]
+                values.append(context.make_tuple(builder, kind, numbers))
+            else:
+                values.append(read(first))
+        return context.make_tuple(builder, out, values)
+
+    return out(array, types.intp, sums), gen
+
+
+@cache
+def pick(chosen: tuple[tuple[int, int], ...]):
+    """`choose(place, args)`: the elements (which of the two tuples, index) of them, as a tuple."""
+
+    def choose(typing, place, args):
+        given = place, args
+        out = types.Tuple([given[t][n] for t, n in chosen])
+
+        def gen(context, builder, sig, values):
+            elements = [builder.extract_value(values[t], n) for t, n in chosen]
+            return impl_ret_borrowed(context, builder, out, context.make_tuple(builder, out, elements))
+
+        return out(place, args), gen
+
+    choose.__name__ = "pick_" + "_".join(f"{t}{n}" for t, n in chosen)
+    return _lane_op(choose)
 
 
 # ---------------------------------------------------------------------------------------------- compaction, claims

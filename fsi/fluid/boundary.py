@@ -21,7 +21,7 @@ class BoundaryParticles:
     """Boundary particles as the fluid meets them; the first `count` of b stand, whose rows follow the fluid's `first` ones.
 
     order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
-    bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_weights`); `drag`: the
+    bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_shepard`); `drag`: the
     kernel of their viscous force, None where nothing drags.
     """
 
@@ -41,7 +41,7 @@ class BoundaryParticles:
         self.owner = np.zeros(b, np.int32)
         self.weights, self._lift = np.zeros((b, 1 + dim), dtype), np.zeros((b, 1), dtype)
         self._force, self._silence = np.empty((0, b, dim)), LinearResponse.none(dim, dtype)
-        self.weigher = walls.make_weights(self.lanes, dim, no_slip, dense)
+        self.weigher = walls.make_shepard(self.lanes, dim, no_slip, dense)
 
     def begin(self, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None) -> None:
         """The owners now: centre (owners, 3), twist (owners, 6), smooth (owners, 6, 6) as in `BodyMotion`."""
