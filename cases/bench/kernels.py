@@ -12,6 +12,7 @@ import contextlib
 import copy
 import hashlib
 import importlib
+import importlib.util
 import io
 import json
 import os
@@ -213,7 +214,9 @@ def main() -> None:
     bad = 0
     print(f"{'trial':18} {'kernel':14} {'particles':>9} {'ns each':>9}" + ("    there   ratio" * (len(folders) - 1)))
     for row in compare(folders, options.names, options.rounds):
-        line = f"{row['trial']:18} {row['kernel']:14} {row['particles']:9} " + " ".join(f"{ns:9.2f}" for ns in row["ns"])
+        line = f"{row['trial']:18} {row['kernel']:14} {row['particles']:9} " + " ".join(
+            f"{ns:9.2f}" for ns in row["ns"]
+        )
         if len(folders) > 1:
             line += f"  {row['ns'][0] / row['ns'][-1]:6.3f}  {'same bits' if row['same'] else 'DIFFERENT'}"
             bad += not row["same"]

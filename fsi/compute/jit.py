@@ -44,11 +44,12 @@ def exact(function):
 
 
 def helper(*variant, inline: bool = False):
-    """A function that kernels of this variant call; `inline`: compiled into each of its callers, whatever its size."""
+    """A function that kernels of this variant call; `inline`: compiled into each of its callers, whatever its size, and not
+    simplified by itself before. What it calls would follow it in that, had it no choice of its own."""
 
     def decorate(function):
         _name(function, variant)
-        return register_jitable(forceinline=True)(function) if inline else register_jitable(function)
+        return register_jitable(forceinline=inline)(function)
 
     return decorate
 

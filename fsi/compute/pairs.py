@@ -102,11 +102,11 @@ class _Maker:
         """The arguments that a function names after the `given` ones, and where they are."""
         names = list(inspect.signature(function).parameters)[given:]
         try:
-            return names, tuple(
-                (0, PLACE.index(n)) if n in PLACE else (1, self._takes.index(n)) for n in names
-            )
+            return names, tuple((0, PLACE.index(n)) if n in PLACE else (1, self._takes.index(n)) for n in names)
         except ValueError:
-            raise TypeError(f"{self._name}: {function.__name__} names {names}, but the kernel takes {self._takes}") from None
+            raise TypeError(
+                f"{self._name}: {function.__name__} names {names}, but the kernel takes {self._takes}"
+            ) from None
 
     def function(self, function: Callable, role: str, given: int) -> Callable:
         """function(given ..., place, args)"""

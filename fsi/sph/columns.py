@@ -60,7 +60,9 @@ def field(dim: int) -> Columns:
     return _rows(dim, x=dim, p=1, r=1)
 
 
-COEFFICIENTS = Columns(diagonal=1, deficit=1, source=1, inner=1, support=1)  # of the pressure equation, a row a fluid particle
+COEFFICIENTS = Columns(
+    diagonal=1, deficit=1, source=1, inner=1, support=1
+)  # of the pressure equation, a row a fluid particle
 DIAGONAL, DEFICIT, SOURCE, INNER, SUPPORT = COEFFICIENTS.of("diagonal deficit source inner support")
 
 
@@ -75,7 +77,16 @@ def corrector_sums(dim: int) -> Columns:
     """Of a step: the largest speed^2 and acceleration^2, then sums of the kinetic energy, r height, volume / dr^dim and guarded
     particles, the momentum, and the momentum and energy lost in the sponge."""
     return Columns(
-        double=True, speed2=1, acceleration2=1, kinetic=1, height=1, volume=1, guarded=1, momentum=dim, damped=dim, loss=1
+        double=True,
+        speed2=1,
+        acceleration2=1,
+        kinetic=1,
+        height=1,
+        volume=1,
+        guarded=1,
+        momentum=dim,
+        damped=dim,
+        loss=1,
     )
 
 

@@ -46,8 +46,8 @@ def make_shepard(lanes: int, dim: int, no_slip: bool, dense: bool):
         shepard[b, TOTAL] = total
         for d in range(DIM):
             shepard[b, LEVER + d] = lever[d]
-            if no_slip and total > 0.0:
-                flow[i, U + d] = 2.0 * flow[i, U + d] - carried[d] / total
+            if no_slip and shepard[b, TOTAL] > 0.0:
+                flow[i, U + d] = 2.0 * flow[i, U + d] - carried[d] / shepard[b, TOTAL]
 
     return over_pairs(
         "collect", (lanes, dim, no_slip, dense), takes="first flow shepard k",
@@ -102,7 +102,7 @@ def make_extrapolation(lanes: int, dim: int, responses: int = 0):
     def hold(s, rows):
         return own_vector(rows, s, X, L, DIM)
 
-    @helper(lanes, dim, inline=True)
+    @helper(lanes, dim)
     def weight(rows, x_i, j, k):
         x_ij = x_i - other_vector(rows, j, X, L, DIM)
         return kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
