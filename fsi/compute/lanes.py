@@ -131,7 +131,9 @@ def _call(builder, name, result, args, **options):
 
 @_lane_op
 def dot(typing, a, b):
-    """Scalar product of two Spatial, lane by lane."""
+    """Scalar product of two Spatial, lane by lane; of two numbers, vectors on a line, their product."""
+    if isinstance(a, types.Number):
+        return _numbers(a, b)(a, b), _on_numbers("fmul")
 
     def gen(context, builder, sig, args):
         total = None
@@ -143,6 +145,21 @@ def dot(typing, a, b):
     return a.lanes(a, b), gen
 
 
+def _numbers(a, b):
+    """The float type of two numbers."""
+    return types.float32 if types.float64 not in (a, b) and types.float32 in (a, b) else types.float64
+
+
+def _cast(context, builder, sig, args):
+    return (context.cast(builder, v, t, sig.return_type) for v, t in zip(args, sig.args, strict=True))
+
+
+def _on_numbers(name):
+    return lambda context, builder, sig, args: getattr(builder, name)(
+        *_cast(context, builder, sig, args), flags=RELAXED
+    )
+
+
 @_lane_op
 def component(typing, a, d):
     """Component d (a constant) of a Spatial."""
@@ -151,31 +168,46 @@ def component(typing, a, d):
 
 @_lane_op
 def sqrt(typing, a):
+    """Of lanes or of a number."""
+
     def gen(context, builder, sig, args):
+        if isinstance(a, types.Number):
+            (value,) = _cast(context, builder, sig, args)
+            name = f"llvm.sqrt.{value.type.intrinsic_name}"
+            return _call(builder, name, value.type, (value,), fastmath=RELAXED)
         kind = args[0].type
         name = f"llvm.sqrt.v{kind.count}{kind.element.intrinsic_name}"
         return _call(builder, name, kind, args, fastmath=RELAXED)
 
-    return a(a), gen
+    return (_numbers(a, a) if isinstance(a, types.Number) else a)(a), gen
 
 
 def _select(comparison):
     def gen(context, builder, sig, args):
-        lanes = sig.return_type
-        x, y = (_as_lanes(context, builder, v, t, lanes) for v, t in zip(args, sig.args, strict=True))
+        if isinstance(sig.return_type, types.Number):
+            x, y = _cast(context, builder, sig, args)
+        else:
+            lanes = sig.return_type
+            x, y = (_as_lanes(context, builder, v, t, lanes) for v, t in zip(args, sig.args, strict=True))
         return builder.select(builder.fcmp_ordered(comparison, x, y, flags=RELAXED), x, y)
 
     return gen
 
 
+def _larger_type(a, b):
+    return next((t for t in (a, b) if isinstance(t, Lanes)), None) or _numbers(a, b)
+
+
 @_lane_op
 def maximum(typing, a, b):
-    return (a if isinstance(a, Lanes) else b)(a, b), _select(">")
+    """Of lanes, of lanes and a number, or of numbers."""
+    return _larger_type(a, b)(a, b), _select(">")
 
 
 @_lane_op
 def minimum(typing, a, b):
-    return (a if isinstance(a, Lanes) else b)(a, b), _select("<")
+    """Of lanes, of lanes and a number, or of numbers."""
+    return _larger_type(a, b)(a, b), _select("<")
 
 
 # ---------------------------------------------------------------------------------------------- loads and stores

@@ -2,7 +2,8 @@
 
 i is a particle, j its neighbour, x_ij = x_i - x_j, r2 = |x_ij|^2, u_ij = u_i - u_j. The kernel enters through
 t = max(0, 1 - q/2), q = r/h, so that W = alpha t^4 (5 - 4 t) and grad W = -C t^3 x_ij with C = 5 alpha / h^2
-(`fsi.sph.kernel`); the constants alpha and C are applied to the sums, not to the pairs.
+(`fsi.sph.kernel`); the constants alpha and C are applied to the sums, not to the pairs. On scalars x_ij and u_ij are
+numbers too, in one dimension.
 """
 
 from __future__ import annotations
