@@ -1,14 +1,20 @@
-"""Compiling the variants of a kernel so that numba's disk cache can be trusted.
+"""Compiling kernels so that numba's disk cache can be trusted: no compiled code outlives a change of its sources.
 
-A factory closes a kernel over constants (lanes, dimension, terms). numba names compiled code after the function and a
-counter of the process, so two variants compiled in different processes can carry the same name, and the second one loaded
-would run the first one's code. Each variant therefore gets a name of its own, which also holds a fingerprint of the
-modules that are compiled into every sweep: numba looks only at the file of the kernel itself for changes.
+numba looks only at the file of the function itself for changes, and names compiled code after the function and a counter of
+the process, so that two variants compiled in different processes can carry the same name, and the second one loaded would
+run the first one's code. Each variant therefore gets a name of its own, with a fingerprint of everything it can be made of:
+the module of the function and all that it imports, directly or through others, and the rooms `compute` and `sph`, whose
+lanes, terms, columns and constants come in by its arguments. numba itself tells its versions and processors apart.
+
+`compiled` and `exact` make kernels, `helper` makes functions for them; no function of `fsi` is given to numba otherwise.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
+import importlib.util
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -16,21 +22,13 @@ from numba import njit
 from numba.extending import register_jitable
 
 FAST = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
-SHARED = ("compute/lanes.py", "compute/jit.py", "sph/terms.py")
-
-
-@cache
-def _fingerprint() -> str:
-    here = Path(__file__).parents[1]
-    return hashlib.sha256(b"".join((here / name).read_bytes() for name in SHARED)).hexdigest()[:8]
-
-
-def _name(function, variant) -> None:
-    function.__qualname__ = "_".join([function.__name__, *(str(v) for v in variant), _fingerprint()])
+EXACT = FAST | {"fastmath": False}
+HOUSE = Path(__file__).parents[1]
+ALWAYS = (HOUSE / "compute", HOUSE / "sph")
 
 
 def compiled(*variant):
-    """Compile a kernel closed over these constants, cached on disk, without the GIL."""
+    """Compile a kernel closed over these constants, cached on disk, without the GIL; sums may be reordered."""
 
     def decorate(function):
         _name(function, variant)
@@ -39,11 +37,59 @@ def compiled(*variant):
     return decorate
 
 
-def helper(*variant):
-    """The same for a function that kernels of this variant call."""
+def exact(function):
+    """Compile a function that moves data or is no sum over pairs, cached on disk, without the GIL, as it is written."""
+    _name(function, ())
+    return njit(**EXACT)(function)
+
+
+def helper(*variant, inline: bool = False):
+    """A function that kernels of this variant call; `inline`: compiled into each of its callers, whatever its size, and not
+    simplified by itself before. What it calls would follow it in that, had it no choice of its own."""
 
     def decorate(function):
         _name(function, variant)
-        return register_jitable(function)
+        return register_jitable(forceinline=inline)(function)
 
     return decorate
+
+
+def _name(function, variant) -> None:
+    module = function.__module__
+    parts = module.rpartition(".")[2], function.__name__, *variant, fingerprint(module)
+    function.__qualname__ = "_".join(map(str, parts))
+
+
+@cache
+def fingerprint(module: str) -> str:
+    """Eight digits that change with any source that a kernel of this module can be made of."""
+    files = {file for room in ALWAYS for file in room.glob("*.py")} | _reached(module)
+    text = b"".join(file.name.encode() + b"\0" + file.read_bytes() for file in sorted(files))
+    return hashlib.sha256(text).hexdigest()[:8]
+
+
+def _reached(module: str) -> set[Path]:
+    """Files of this module and of those that it imports, directly or through others, in its own package and in `fsi`."""
+    packages = {__package__.partition(".")[0], module.partition(".")[0]}
+    found, waiting = {}, [module]
+    while waiting:
+        name = waiting.pop()
+        file = getattr(sys.modules.get(name), "__file__", None)
+        if name in found or name.partition(".")[0] not in packages or file is None:
+            continue
+        found[name] = Path(file)
+        waiting += _imports(Path(file), name)
+    return set(found.values())
+
+
+@cache
+def _imports(file: Path, name: str) -> list[str]:
+    """Names of the modules that a module imports when it is itself imported; those of attributes with them."""
+    names, package = [], name if file.name == "__init__.py" else name.rpartition(".")[0]
+    for node in ast.parse(file.read_bytes()).body:
+        if isinstance(node, ast.Import):
+            names += [one.name for one in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+            names += [base, *(f"{base}.{one.name}" for one in node.names)]
+    return names

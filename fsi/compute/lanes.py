@@ -9,12 +9,13 @@ rows, `other_*` gives one neighbour's numbers to all lanes. Indices must not be 
 from __future__ import annotations
 
 import operator
+from functools import cache
 
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
 from numba.core import cgutils, types
-from numba.core.imputils import lower_builtin
+from numba.core.imputils import impl_ret_borrowed, lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
@@ -130,7 +131,9 @@ def _call(builder, name, result, args, **options):
 
 @_lane_op
 def dot(typing, a, b):
-    """Scalar product of two Spatial, lane by lane."""
+    """Scalar product of two Spatial, lane by lane; of two numbers, vectors on a line, their product."""
+    if isinstance(a, types.Number):
+        return _numbers(a, b)(a, b), _on_numbers("fmul")
 
     def gen(context, builder, sig, args):
         total = None
@@ -142,6 +145,21 @@ def dot(typing, a, b):
     return a.lanes(a, b), gen
 
 
+def _numbers(a, b):
+    """The float type of two numbers."""
+    return types.float32 if types.float64 not in (a, b) and types.float32 in (a, b) else types.float64
+
+
+def _cast(context, builder, sig, args):
+    return (context.cast(builder, v, t, sig.return_type) for v, t in zip(args, sig.args, strict=True))
+
+
+def _on_numbers(name):
+    return lambda context, builder, sig, args: getattr(builder, name)(
+        *_cast(context, builder, sig, args), flags=RELAXED
+    )
+
+
 @_lane_op
 def component(typing, a, d):
     """Component d (a constant) of a Spatial."""
@@ -150,31 +168,46 @@ def component(typing, a, d):
 
 @_lane_op
 def sqrt(typing, a):
+    """Of lanes or of a number."""
+
     def gen(context, builder, sig, args):
+        if isinstance(a, types.Number):
+            (value,) = _cast(context, builder, sig, args)
+            name = f"llvm.sqrt.{value.type.intrinsic_name}"
+            return _call(builder, name, value.type, (value,), fastmath=RELAXED)
         kind = args[0].type
         name = f"llvm.sqrt.v{kind.count}{kind.element.intrinsic_name}"
         return _call(builder, name, kind, args, fastmath=RELAXED)
 
-    return a(a), gen
+    return (_numbers(a, a) if isinstance(a, types.Number) else a)(a), gen
 
 
 def _select(comparison):
     def gen(context, builder, sig, args):
-        lanes = sig.return_type
-        x, y = (_as_lanes(context, builder, v, t, lanes) for v, t in zip(args, sig.args, strict=True))
+        if isinstance(sig.return_type, types.Number):
+            x, y = _cast(context, builder, sig, args)
+        else:
+            lanes = sig.return_type
+            x, y = (_as_lanes(context, builder, v, t, lanes) for v, t in zip(args, sig.args, strict=True))
         return builder.select(builder.fcmp_ordered(comparison, x, y, flags=RELAXED), x, y)
 
     return gen
 
 
+def _larger_type(a, b):
+    return next((t for t in (a, b) if isinstance(t, Lanes)), None) or _numbers(a, b)
+
+
 @_lane_op
 def maximum(typing, a, b):
-    return (a if isinstance(a, Lanes) else b)(a, b), _select(">")
+    """Of lanes, of lanes and a number, or of numbers."""
+    return _larger_type(a, b)(a, b), _select(">")
 
 
 @_lane_op
 def minimum(typing, a, b):
-    return (a if isinstance(a, Lanes) else b)(a, b), _select("<")
+    """Of lanes, of lanes and a number, or of numbers."""
+    return _larger_type(a, b)(a, b), _select("<")
 
 
 # ---------------------------------------------------------------------------------------------- loads and stores
@@ -307,6 +340,82 @@ def at(typing, array, i):
         return builder.zext(builder.load(_pointer(context, builder, array, args[0], args[1])), I64)
 
     return types.intp(array, types.intp), gen
+
+
+# ---------------------------------------------------------------------------------------------- sums of a group
+
+
+def _parts(sums):
+    """Type, first number and lanes of each part of a tuple of Lanes and Spatial, laid one after the other."""
+    first = 0
+    for part in sums:
+        lanes = part.lanes if isinstance(part, Spatial) else part
+        yield part, first, lanes
+        first += lanes.n * (part.dim if isinstance(part, Spatial) else 1)
+
+
+@_lane_op
+def numbers_in(typing, sums):
+    """How many numbers a tuple of Lanes and Spatial holds."""
+    total = sum(part.lanes.n * part.dim if isinstance(part, Spatial) else part.n for part in sums)
+    return types.intp(sums), lambda context, builder, sig, args: ir.Constant(I64, total)
+
+
+@_lane_op
+def store_all(typing, array, sums):
+    """A tuple of Lanes and Spatial into a flat array, one after the other."""
+
+    def gen(context, builder, sig, args):
+        for p, (part, first, lanes) in enumerate(_parts(sums)):
+            value = builder.extract_value(args[1], p)
+            if isinstance(part, Lanes):
+                _store(context, builder, array, args[0], ir.Constant(I64, first), value)
+                continue
+            for d in range(part.dim):
+                place = ir.Constant(I64, first + d * lanes.n)
+                _store(context, builder, array, args[0], place, builder.extract_value(value, d))
+        return context.get_dummy_value()
+
+    return types.void(array, sums), gen
+
+
+@_lane_op
+def lane_of(typing, array, lane, sums):
+    """One lane of what `store_all` left of such a tuple: numbers, and tuples of numbers for vectors."""
+    kinds = [types.UniTuple(a.dtype, p.dim) if isinstance(p, Spatial) else a.dtype for p, _, a in _parts(sums)]
+    out = types.Tuple(kinds)
+
+    def gen(context, builder, sig, args):
+        flat, lane, _ = args
+        read = lambda first: builder.load(_pointer(context, builder, array, flat, lane, first))  # noqa: E731
+        values = []
+        for kind, (_, first, lanes) in zip(kinds, _parts(sums), strict=True):
+            if isinstance(kind, types.UniTuple):
+                numbers = [read(first + d * lanes.n) for d in range(kind.count)]
+                values.append(context.make_tuple(builder, kind, numbers))
+            else:
+                values.append(read(first))
+        return context.make_tuple(builder, out, values)
+
+    return out(array, types.intp, sums), gen
+
+
+@cache
+def pick(chosen: tuple[tuple[int, int], ...]):
+    """`choose(place, args)`: the elements (which of the two tuples, index) of them, as a tuple."""
+
+    def choose(typing, place, args):
+        given = place, args
+        out = types.Tuple([given[t][n] for t, n in chosen])
+
+        def gen(context, builder, sig, values):
+            elements = [builder.extract_value(values[t], n) for t, n in chosen]
+            return impl_ret_borrowed(context, builder, out, context.make_tuple(builder, out, elements))
+
+        return out(place, args), gen
+
+    choose.__name__ = "pick_" + "_".join(f"{t}{n}" for t, n in chosen)
+    return _lane_op(choose)
 
 
 # ---------------------------------------------------------------------------------------------- compaction, claims

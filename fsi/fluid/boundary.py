@@ -13,7 +13,7 @@ from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
 from fsi.scene.model import Scene
-from fsi.sph import walls
+from fsi.sph import columns, walls
 from fsi.sph.columns import Constants
 
 
@@ -21,8 +21,8 @@ class BoundaryParticles:
     """Boundary particles as the fluid meets them; the first `count` of b stand, whose rows follow the fluid's `first` ones.
 
     order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
-    bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_weights`); `drag`: the
-    kernel of their viscous force, None where nothing drags.
+    bodies, empty without them; shepard (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_shepard`); `drag`: the
+    sweep of their viscous force, None where nothing drags.
     """
 
     def __init__(
@@ -39,9 +39,9 @@ class BoundaryParticles:
         self.velocity = self.skin = np.zeros((b, dim))
         self.normal = np.empty((0, dim))
         self.owner = np.zeros(b, np.int32)
-        self.weights, self._lift = np.zeros((b, 1 + dim), dtype), np.zeros((b, 1), dtype)
+        self.shepard, self._lift = np.zeros((b, columns.shepard(dim).width("lever")), dtype), np.zeros((b, 1), dtype)
         self._force, self._silence = np.empty((0, b, dim)), LinearResponse.none(dim, dtype)
-        self.weigher = walls.make_weights(self.lanes, dim, no_slip, dense)
+        self.weigher = walls.make_shepard(self.lanes, dim, no_slip, dense)
 
     def begin(self, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None) -> None:
         """The owners now: centre (owners, 3), twist (owners, 6), smooth (owners, 6, 6) as in `BodyMotion`."""
@@ -79,9 +79,9 @@ class BoundaryParticles:
             self.near.update(self.sort, self.first, xs, [(fluid, 0)])
 
     def weigh(self, flow: np.ndarray) -> None:
-        """The weights; no slip: mirrored velocities into `flow`."""
+        """The sums of W; no slip: mirrored velocities into `flow`."""
         if self.count:
-            self.team.run(self.weigher, self.near.bounds, self.near.groups, self.first, flow, self.weights, self.k)
+            self.team.run(self.weigher, self.near.bounds, self.near.groups, self.first, flow, self.shepard, self.k)
 
     # -------------------------------------------------------------------------------------- pressures
 
@@ -103,7 +103,7 @@ class BoundaryParticles:
         if b:
             self.team.run(
                 walls.lift_of, whole(b), self.position, self.normal, self.owner, self._centre, accelerations, twist, body_force,
-                self._density, self.weights, lift,
+                self._density, self.shepard, lift,
             )  # fmt: skip
 
     def extrapolate(self, rows: np.ndarray, response: LinearResponse | None = None) -> None:
@@ -113,7 +113,7 @@ class BoundaryParticles:
             response.spread()
             self.team.run(
                 walls.make_extrapolation(self.lanes, self.dim, response.columns), self.near.bounds, self.near.groups,
-                self.first, rows, self.weights, self._lift, self.k, response.rows, response.lift, response.low, response.high,
+                self.first, rows, self.shepard, self._lift, self.k, response.rows, response.lift, response.low, response.high,
             )  # fmt: skip
 
     # -------------------------------------------------------------------------------------- forces

@@ -108,22 +108,22 @@ class Fluid:
             return
         self._capacity = n = int(1.2 * count) if self.periodic.axes else count
         dim, b = self.dim, len(self.boundary)
-        rows, columns = n + b + 16, 5 if self.scene.shifting else 4
+        rows, shifting, dense = n + b + 16, self.scene.shifting > 0, self._relative is not None
+        places = columns.COEFFICIENTS.width("support" if shifting else "inner")
         # Memory for what does not stand at the same time: the orders, then the positions for the search, then the coefficients.
         orders = max(self._sort.room(n), self.solids.sort.room(b))
-        size = max(4 * orders, 4 * dim * rows, np.dtype(self.dtype).itemsize * n * columns)
+        size = max(4 * orders, 4 * dim * rows, np.dtype(self.dtype).itemsize * n * places)
         self._scratch = np.zeros(size, np.uint8)
         self._orders = self._scratch[: 4 * orders].view(np.int32)
         self._xs = self._scratch[: 4 * dim * rows].view(np.float32).reshape(dim, rows)
         self._coefficients = (
-            self._scratch[: np.dtype(self.dtype).itemsize * n * columns].view(self.dtype).reshape(n, columns)
+            self._scratch[: np.dtype(self.dtype).itemsize * n * places].view(self.dtype).reshape(n, places)
         )
-        edged = self.scene.shifting > 0 and not self.scene.closed
-        self._trial = np.zeros((rows, 2 * dim + 3 if edged else 8 if dim == 3 else 6), self.dtype)
-        dense = self._relative is not None
-        width = 8 if dim == 3 else 6 if self.rheology or dense else 4
-        self._flow = np.zeros((rows, width), self.dtype) if self._viscous else self._trial
-        self._field = np.zeros((rows, 5 if dense and dim == 3 else 4), self.dtype)
+        trial = columns.trial(dim).width("filled" if shifting and not self.scene.closed else "r" if dense else "u")
+        flow = columns.flow(dim).width("r" if dense else "mu" if self.rheology else "u")
+        self._trial = np.zeros((rows, trial), self.dtype)
+        self._flow = np.zeros((rows, flow), self.dtype) if self._viscous else self._trial
+        self._field = np.zeros((rows, columns.field(dim).width("r" if dense else "p")), self.dtype)
         self._twin = np.zeros_like(self._field) if len(self.weights) > 1 else self._field
         self._responses, self._silence = [], LinearResponse.none(dim, self.dtype)
 
@@ -262,7 +262,7 @@ class Fluid:
             boundary_near = self.solids.near if self.solids.count else None
             self.solids.accelerate(self._acceleration, self.body_force)
             self.solids.extrapolate(self._trial)
-            rows, skin = (self._flow, self._trial), (self.solids.weights, self.solids.skin)
+            rows, skin = (self._flow, self._trial), (self.solids.shepard, self.solids.skin)
             self._flow = rheology.solve(near, boundary_near, *rows, self.velocity, skin, self.k, self.dt, self.periodic)
             self._trial[: self.count, self.dim + 1 : 2 * self.dim + 1] = self.velocity
         elif rheology:
@@ -324,7 +324,7 @@ class Fluid:
 
     def _rouse(self, response: LinearResponse) -> None:
         """The first sweep of responses."""
-        response.begin(self.count, self.solids.weights)
+        response.begin(self.count, self.solids.shepard)
         response.spread()
         near = self._near
         self.team.run(
@@ -367,11 +367,12 @@ class Fluid:
         self._field[: len(response), self.dim] += self.dtype(factor) * response
 
     def correct(self) -> tuple[np.ndarray, np.ndarray]:
-        """New velocities and positions. Returns the sums of `fsi.sph.corrector` and the impulse (owners, 6) that the wall guard
-        handed to the owners."""
+        """New velocities and positions. Returns the sums of `fsi.sph.columns.corrector_sums` and the impulse (owners, 6) that
+        the wall guard handed to the owners."""
         near = self._near
         chunks = len(near.bounds) - 1
-        sums, impulse = np.zeros((chunks, corrector.sums_width(self.dim))), np.zeros((chunks, self.owners, 6))
+        place = columns.corrector_sums(self.dim)
+        sums, impulse = np.zeros((chunks, place.width("loss"))), np.zeros((chunks, self.owners, 6))
         self.team.run(
             self._corrector, near.bounds, near.groups, self._trial, self._field, self._coefficients, self.label,
             self.position, self.velocity, self.pressure_values, self.body_force, self.k, self.dt, self.zones, self.count,
@@ -380,8 +381,8 @@ class Fluid:
         )  # fmt: skip
         self._drop_ghosts()
         impulse = self.solids.smoothed(impulse.sum(0))
-        maxima = sums[:, : corrector.KINETIC].max(0, initial=0.0)
-        return np.concatenate([maxima, sums[:, corrector.KINETIC :].sum(0)]), impulse
+        maxima = sums[:, : place.kinetic].max(0, initial=0.0)
+        return np.concatenate([maxima, sums[:, place.kinetic :].sum(0)]), impulse
 
     # -------------------------------------------------------------------------------------- parts of it
 

@@ -6,15 +6,15 @@ import math
 from functools import cache
 
 import numpy as np
-from numba import njit
 
+from fsi.compute.jit import exact
 from fsi.sph.kernel import value
 from fsi.sph.terms import kernel
 
 FILLED = 0.5  # share of the kernel's support that is fluid at the free surface
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _column(position, point, reach):
     """Horizontal distance^2 and height (2, n) of the particles within reach of the vertical through the point."""
     axes, count = position.shape[1] - 1, 0
@@ -29,7 +29,7 @@ def _column(position, point, reach):
     return found[:, :count]
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _filled(across2, heights, z, h, cell_over_h):
     """Share of the kernel's support around height z that is fluid: sum W V of particles at horizontal distance^2 and
     height; cell_over_h is V alpha."""
@@ -41,7 +41,7 @@ def _filled(across2, heights, z, h, cell_over_h):
     return total * cell_over_h
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _surface(position, point, spacing, h, cell_over_h):
     across2, heights = _column(position, point, 2 * h)
     if heights.size == 0:
@@ -69,7 +69,7 @@ def _peak(spacing: float, h: float, dim: int) -> float:
     return spacing**dim * float(value(0.0, h, dim))
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _mean_pressure(position, pressure, point, h, rho_g):
     last, total, sum_ = position.shape[1] - 1, 0.0, 0.0
     for i in range(position.shape[0]):

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from fsi.compute.jit import exact
 from fsi.compute.lanes import claim
 from fsi.compute.team import Team, chunk_bounds
 
@@ -45,7 +45,7 @@ class Grid:
         return cls(low - pad, low, high, np.array([spacing, ACROSS * spacing]), shape)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@exact
 def _histogram(counter, bounds, position, lower, low, high, cell, shape, key, counts):
     dim = position.shape[1]
     while True:
@@ -68,7 +68,7 @@ def _histogram(counter, bounds, position, lower, low, high, cell, shape, key, co
             counts[c, k] += 1
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _sum(counter, bounds, counts, totals):
     """Particles in each piece of the cells."""
     while True:
@@ -78,7 +78,7 @@ def _sum(counter, bounds, counts, totals):
         totals[c] = counts[:, bounds[c] : bounds[c + 1]].sum()
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _prefix(counter, bounds, counts, before, start):
     """First place of each cell, and of what each chunk of particles has in it; `before`: of each piece of the cells."""
     while True:
@@ -94,7 +94,7 @@ def _prefix(counter, bounds, counts, before, start):
                 total += n
 
 
-@njit(nogil=True, cache=True)
+@exact
 def _order(counter, bounds, key, counts, order):
     while True:
         c = claim(counter)

@@ -14,7 +14,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numba.extending import register_jitable
 
 from fsi.compute.jit import compiled, helper
 from fsi.compute.lanes import append, at, bits_below, claim, consecutive, count_bits, load, maximum, minimum, other
@@ -36,7 +35,7 @@ def slack_of(lanes: int) -> int:
     return RUN // lanes * CANDIDATES
 
 
-@register_jitable
+@helper()
 def _box(xs, s, e, d):
     low = high = xs[d, s]
     for i in range(s + 1, e):
@@ -46,7 +45,7 @@ def _box(xs, s, e, d):
 
 @cache
 def make_search(lanes: int, dim: int):
-    """The search kernel for groups of this many lanes in this dimension."""
+    """The compiled search for groups of this many lanes in this dimension."""
     solid = dim == 3
     slack = slack_of(lanes)
 

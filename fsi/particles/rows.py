@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from fsi.compute.jit import exact
 from fsi.compute.lanes import claim
 
 
-@njit(nogil=True, cache=True)
+@exact
 def gather(counter, bounds, order, source, target):
     """target[i] = source[order[i]], for arrays (n, columns)."""
     while True:
@@ -19,7 +18,7 @@ def gather(counter, bounds, order, source, target):
                 target[i, d] = source[order[i], d]
 
 
-@njit(nogil=True, cache=True)
+@exact
 def largest_change(rows, before, count, column):
     """Largest magnitude in a column of the first `count` rows, and of its change from the same column `before`."""
     largest = change = 0.0
@@ -29,7 +28,7 @@ def largest_change(rows, before, count, column):
     return largest, change
 
 
-@njit(nogil=True, cache=True)
+@exact
 def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, trial, field, twin):
     """Fill the rows of particles that are in cell order."""
     dim = position.shape[1]
@@ -49,7 +48,7 @@ def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, t
             trial[i, dim] = pressure[i]
 
 
-@njit(nogil=True, cache=True)
+@exact
 def pack_boundary(counter, bounds, order, first, lower, position, velocity, skin, owner, position2, velocity2, skin2, owner2,
                   dt, body_force, xs, flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsi.fluid.gauges import elevation, pressure_at
 from fsi.owners import FIRST_BODY, PISTON
-from fsi.sph import corrector
+from fsi.sph.columns import corrector_sums
 
 
 class Balance:
@@ -56,21 +56,22 @@ class Balance:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
         (owners, 6) before and after."""
         dim = self._dim
-        self.kinetic, self.max_speed, self.dt = sums[corrector.KINETIC], math.sqrt(sums[corrector.SPEED2]), dt
-        self.potential = self._weight() * sums[corrector.HEIGHT]
-        self.volume = self._cell_volume() * sums[corrector.VOLUME]
-        self.guarded += int(sums[corrector.GUARDED])
-        self.momentum = sums[corrector.MOMENTUM : corrector.MOMENTUM + dim]
+        place = corrector_sums(dim)
+        self.kinetic, self.max_speed, self.dt = sums[place.kinetic], math.sqrt(sums[place.speed2]), dt
+        self.potential = self._weight() * sums[place.height]
+        self.volume = self._cell_volume() * sums[place.volume]
+        self.guarded += int(sums[place.guarded])
+        self.momentum = sums[place.momentum : place.damped]
         self.wrench = wrench
         power = (wrench * 0.5 * (twist + new_twist)).sum(1)
         self.body_work += dt * power[FIRST_BODY:].sum()
         self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum()
         self.exchanged_work += dt * np.abs(power[PISTON:]).sum()
-        self.sponge_loss += sums[corrector.MOMENTUM + 2 * dim]
+        self.sponge_loss += sums[place.loss]
         if self._before is not None:
             if self.bodies:
                 self._audit_bodies(dt)
-            self._audit(sums[corrector.MOMENTUM + dim : corrector.MOMENTUM + 2 * dim], impulse, dt)
+            self._audit(sums[place.damped : place.loss], impulse, dt)
         self._stopped = impulse
 
     def _audit_bodies(self, dt) -> None:

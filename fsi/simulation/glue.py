@@ -12,7 +12,7 @@ import numpy as np
 from fsi.fluid.fluid import Fluid
 from fsi.owners import FIRST_BODY
 from fsi.protocols import BodySet
-from fsi.sph import corrector
+from fsi.sph.columns import corrector_sums
 
 
 class Glue:
@@ -41,8 +41,9 @@ class Glue:
         arm = np.einsum("nij,nj->ni", motion.rotation[body], self._local[number])
         held = (motion.velocity[body, :3] + np.cross(motion.velocity[body, 3:], arm))[:, self._axes]
         lost = mass * (fluid.velocity[where] - held)
-        sums[corrector.KINETIC] += 0.5 * mass * float((held**2).sum() - (fluid.velocity[where] ** 2).sum())
-        sums[corrector.MOMENTUM : corrector.MOMENTUM + dim] -= lost.sum(0)
+        place = corrector_sums(dim)
+        sums[place.kinetic] += 0.5 * mass * float((held**2).sum() - (fluid.velocity[where] ** 2).sum())
+        sums[place.momentum : place.damped] -= lost.sum(0)
         force = self._in_space(lost, 0.0)
         np.add.at(impulse, body + FIRST_BODY, np.hstack([force, np.cross(arm, force)]))
         fluid.position[where] = (motion.position[body] + arm)[:, self._axes]

@@ -22,7 +22,7 @@ from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
 from fsi.simulation.motion import Motion, Movers
 from fsi.simulation.stability import Stability
-from fsi.sph import corrector
+from fsi.sph.columns import corrector_sums
 from fsi.waves import piston
 
 
@@ -191,7 +191,7 @@ class Simulation:
         self.balance.close(sums, impulse, wrench, motion.twist, new_twist, dt)
         self._stopped = impulse
         self._speed = max(self.balance.max_speed, self.movers.speed())
-        self._acceleration = math.sqrt(sums[corrector.ACCELERATION2])
+        self._acceleration = math.sqrt(sums[corrector_sums(self.scene.dimension).acceleration2])
         finite = bool(np.isfinite(sums).all() and np.isfinite(wrench).all())
         before, after, load = (array[FIRST_BODY:] for array in (motion.twist, new_twist, wrench))
         self._stability.check(before, after, load, finite, self._speed)

@@ -1,14 +1,93 @@
-"""What the kernels of the fluid share: the columns of the packed rows, and the scalars of the scheme.
+"""What the sweeps share: the columns of the packed arrays, declared here and nowhere else, and the scalars of the scheme.
 
-Packed rows, fluid first and boundary after (DIM components a vector): `flow` [x, u], `trial` [x, p, u*], `field` [x, p].
-Between liquids of unequal density (`dense`) they also hold r, the density over the first liquid's and 0 for walls, in the
-column 2 DIM + 1 of `flow` and `trial` and after the pressures of `field`. Where particles are shifted along a surface,
-column 2 DIM + 2 of `trial` holds how full their support is.
+Rows are particles, the fluid first and the boundary after. `x` is the place relative to the grid, `u` the velocity, `p` the
+pressure; `mu` the viscosity where it differs from particle to particle; `r`, between liquids of unequal density, the density
+over that of the first liquid, 0 for walls; `filled` how full the support is where particles are shifted along a surface.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
+
+import numpy as np
+
+
+class Columns:
+    """First column of each of these names, in their order, as an attribute; `sizes`: how many each takes. The array has the
+    precision of the sweeps, or, where it is `double`, always that."""
+
+    def __init__(self, double: bool = False, aligned: tuple[int, ...] = (), **sizes: int):
+        self._double, self._aligned, self._end, last = double, aligned, {}, 0
+        for name, size in sizes.items():
+            setattr(self, name, last)
+            last += size
+            self._end[name] = last
+
+    def of(self, names: str) -> tuple[int, ...]:
+        """First columns of these names."""
+        return tuple(getattr(self, name) for name in names.split())
+
+    def width(self, last: str) -> int:
+        """Columns of an array that ends with this name. One or two more are left free where rows then lie better in memory."""
+        end = self._end[last]
+        return next((width for width in self._aligned if 0 <= width - end <= 2), end)
+
+    def dtype(self, sweeps) -> np.dtype:
+        """Precision of the array, for that of the sweeps."""
+        return np.dtype(float if self._double else sweeps)
+
+
+def _rows(dim: int, **sizes: int) -> Columns:
+    return Columns(aligned=(4, 8) if dim == 3 else (4, 6), **sizes)
+
+
+@cache
+def flow(dim: int) -> Columns:
+    """At the start of the step; read by the predictor and all viscous sweeps."""
+    return _rows(dim, x=dim, u=dim, mu=1, r=1)
+
+
+@cache
+def trial(dim: int) -> Columns:
+    """With the last step's pressure and the trial velocity u*; the same places of `x` and `p` as in `field`."""
+    return _rows(dim, x=dim, p=1, u=dim, r=1, filled=1)
+
+
+@cache
+def field(dim: int) -> Columns:
+    """What a pressure sweep reads and writes."""
+    return _rows(dim, x=dim, p=1, r=1)
+
+
+COEFFICIENTS = Columns(
+    diagonal=1, deficit=1, source=1, inner=1, support=1
+)  # of the pressure equation, a row a fluid particle
+DIAGONAL, DEFICIT, SOURCE, INNER, SUPPORT = COEFFICIENTS.of("diagonal deficit source inner support")
+
+
+@cache
+def shepard(dim: int) -> Columns:
+    """Of a boundary particle, over the fluid around it: `total` = sum W, `lever` = sum r_j W x_bj."""
+    return Columns(total=1, lever=dim)
+
+
+@cache
+def corrector_sums(dim: int) -> Columns:
+    """Of a step: the largest speed^2 and acceleration^2, then sums of the kinetic energy, r height, volume / dr^dim and guarded
+    particles, the momentum, and the momentum and energy lost in the sponge."""
+    return Columns(
+        double=True,
+        speed2=1,
+        acceleration2=1,
+        kinetic=1,
+        height=1,
+        volume=1,
+        guarded=1,
+        momentum=dim,
+        damped=dim,
+        loss=1,
+    )
 
 
 class Constants(NamedTuple):
@@ -34,7 +113,3 @@ class Constants(NamedTuple):
     guard_reach2: float  # 1 / R^2 of that crowding
     guard_piece: float  # length of way that it follows at a time
     guard2: float  # squared distance within which it looks
-
-
-# Columns of the coefficients of the pressure equation, one row a fluid particle.
-DIAGONAL, DEFICIT, SOURCE, INNER, SUPPORT = 0, 1, 2, 3, 4

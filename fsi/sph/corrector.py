@@ -12,22 +12,13 @@ import numpy as np
 
 from fsi.compute.jit import compiled, helper
 from fsi.compute.lanes import at, claim, dot, minimum, other, other_vector, own, own_vector, store, zero, zero_vector
+from fsi.sph import columns
 from fsi.sph.columns import DEFICIT, SUPPORT
 from fsi.sph.terms import closeness, interface_gradient, partner, pressure_gradient, slope
 from fsi.sph.wall_guard import make_guard
 
-# Columns of the sums that the corrector leaves for each chunk.
-SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME, GUARDED, MOMENTUM = 0, 1, 2, 3, 4, 5, 6
-
-
 SPRAY = 0.55  # share of a full support, below which a particle near the surface is not shifted
 PACE = 6.0  # shift along the surface: at most so much of the inner one for each smoothing length moved (Skillen et al. 2013)
-
-
-def sums_width(dim: int) -> int:
-    """Columns: maxima of speed^2 and acceleration^2, then sums of kinetic energy, r height, volume / dr^dim and guarded
-    particles, then the momentum and the momentum lost in the sponge, component by component, and the energy lost there."""
-    return MOMENTUM + 2 * dim + 1
 
 
 @cache
@@ -40,18 +31,23 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
     end, rate]."""
     L, DIM = lanes, dim
-    P, R, FULL = dim, dim + 1, 2 * dim + 2
+    X, P, R = columns.field(dim).of("x p r")
+    U, FILLED = columns.trial(dim).of("u filled")
+    SPEED2, ACCELERATION2, KINETIC, HEIGHT, VOLUME = columns.corrector_sums(dim).of(
+        "speed2 acceleration2 kinetic height volume"
+    )
+    GUARDED, MOMENTUM, DAMPED, LOSS = columns.corrector_sums(dim).of("guarded momentum damped loss")
     bend = make_guard(dim)
 
     @helper(lanes, dim)
-    def along(m, reach, shift, t_):
+    def along(m, size, shift, t_):
         """Add a shift along the surface: without the part of the shift across it (Khayyer et al. 2017, eq. 19)."""
         across, normal2 = 0.0, 1e-30
         for d in range(DIM):
             normal2 += t_[(2 * DIM + 1 + d) * L + m] ** 2
             across += t_[(2 * DIM + 1 + d) * L + m] * t_[(DIM + 1 + d) * L + m]
         for d in range(DIM):
-            shift[d] += reach * (t_[(DIM + 1 + d) * L + m] - across / normal2 * t_[(2 * DIM + 1 + d) * L + m])
+            shift[d] += size * (t_[(DIM + 1 + d) * L + m] - across / normal2 * t_[(2 * DIM + 1 + d) * L + m])
 
     @compiled(lanes, dim, guarded, sponge, shifted, dense, edged)
     def correct(
@@ -70,13 +66,13 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
             sums[c] = 0.0
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                x_i, p_i = own_vector(field, s, 0, L, DIM), own(field, s, P, L)
+                x_i, p_i = own_vector(field, s, X, L, DIM), own(field, s, P, L)
                 force, sparse = zero_vector(field, L, DIM), zero_vector(field, L, DIM)
                 if dense:
                     r_i = own(field, s, R, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
-                    x_ij = x_i - other_vector(field, j, 0, L, DIM)
+                    x_ij = x_i - other_vector(field, j, X, L, DIM)
                     f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
                     if dense:
                         r_j = partner(r_i, other(field, j, R, L))
@@ -91,17 +87,17 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                 if shifted:
                     store(t_, (DIM + 1) * L, sparse)
                 if edged:
-                    full, outward = own(trial, s, FULL, L), zero_vector(field, L, DIM)
+                    full, outward = own(trial, s, FILLED, L), zero_vector(field, L, DIM)
                     for n in range(base + span[g, 0], base + span[g, 1]):
                         j = at(lst, n)
-                        x_ij = x_i - other_vector(field, j, 0, L, DIM)
+                        x_ij = x_i - other_vector(field, j, X, L, DIM)
                         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                        outward = outward + x_ij * (f * (other(trial, j, FULL, L) - full))
+                        outward = outward + x_ij * (f * (other(trial, j, FILLED, L) - full))
                     store(t_, (2 * DIM + 1) * L, outward)
                 if guarded:
                     nearest = zero(field, L) + k.guard2
                     for n in range(base + span[g, 1], base + span[g, 2]):
-                        x_ij = x_i - other_vector(field, at(lst, n), 0, L, DIM)
+                        x_ij = x_i - other_vector(field, at(lst, n), X, L, DIM)
                         nearest = minimum(nearest, dot(x_ij, x_ij))
                     store(t_, DIM * L, nearest)
                 for i in range(s, e):
@@ -113,7 +109,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                     acceleration2, speed2 = 0.0, 0.0
                     for d in range(DIM):
                         velocity[i, d] += dt * k.gradient_factor * t_[d * L + m]
-                        a = (velocity[i, d] - trial[i, P + 1 + d]) / dt + body_force[d]
+                        a = (velocity[i, d] - trial[i, U + d]) / dt + body_force[d]
                         acceleration2 += a * a
                     if guarded and t_[DIM * L + m] < k.guard2:
                         for d in range(DIM):
@@ -129,9 +125,9 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                             if 0.0 < into <= 1.0:
                                 kept = 1.0 / (1.0 + dt * zones[z, 3] * into * into)
                                 for d in range(DIM):
-                                    sums[c, MOMENTUM + DIM + d] += mass * (1.0 - kept) * velocity[i, d]
+                                    sums[c, DAMPED + d] += mass * (1.0 - kept) * velocity[i, d]
                                     loss = 0.5 * mass * (1.0 - kept * kept) * velocity[i, d] * velocity[i, d]
-                                    sums[c, MOMENTUM + 2 * DIM] += loss
+                                    sums[c, LOSS] += loss
                                     velocity[i, d] *= kept
                     for d in range(DIM):
                         speed2 += velocity[i, d] * velocity[i, d]
@@ -139,7 +135,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
                         inside = coefficients[i, SUPPORT]
                         for d in range(DIM):
                             shift[d] = k.shifting * inside * t_[(DIM + 1 + d) * L + m]
-                    if edged and inside < 1.0 and trial[i, FULL] > SPRAY:
+                    if edged and inside < 1.0 and trial[i, FILLED] > SPRAY:
                         near = (1.0 - inside) * min(1.0, PACE * 2.0 * k.inverse_support * dt * math.sqrt(speed2))
                         along(m, near * k.shifting, shift, t_)
                     if guarded and shifted and t_[DIM * L + m] < k.guard2:

@@ -1,6 +1,6 @@
 """The pressure equation: its source, and the sweeps that update the pressure and its linear responses.
 
-Rows are those of `fsi.sph.columns`.
+Rows are those of `fsi.sph.columns`; how a sweep is made of its functions is told in `fsi.compute.pairs`.
 """
 
 from __future__ import annotations
@@ -8,10 +8,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numba.extending import register_jitable
 
 from fsi.compute.jit import compiled, helper
 from fsi.compute.lanes import at, claim, dot, other, other_vector, own, own_vector, store, zero, zero_vector
+from fsi.compute.pairs import ALL, WALLS, Sum, over_pairs
+from fsi.sph import columns
 from fsi.sph.columns import DEFICIT, DIAGONAL, INNER, SOURCE
 from fsi.sph.terms import closeness, divergence, laplacian_weight, lightness, partner, slope
 
@@ -20,9 +21,12 @@ from fsi.sph.terms import closeness, divergence, laplacian_weight, lightness, pa
 def make_source(lanes: int, dim: int, dense: bool):
     """The source of the pressure equation, div u*/dt + gamma (1 - rho/rho_lattice)/dt^2, and its first sweep, from the
     pressures of `trial` into `field`: p + alpha (J(p) - p), J(p) = (sum a_ij p_j - s_i) / a_ii (`fsi.fluid.chebyshev`).
-    `before`, which may be `field`, keeps p for the next sweep."""
+    `before`, which may be `field`, keeps p for the next sweep.
+
+    The loop is written out: made by `over_pairs`, the products of unequal densities round otherwise in the last bit,
+    and existing results would change."""
     L, DIM = lanes, dim
-    P, U, R = dim, dim + 1, 2 * dim + 1
+    X, P, U, R = columns.trial(dim).of("x p u r")
 
     @compiled(lanes, dim, dense)
     def source(counter, bounds, groups, trial, field, before, coefficients, k, dt, alpha):
@@ -35,13 +39,13 @@ def make_source(lanes: int, dim: int, dense: bool):
             base = list_offset[c]
             for g in range(offset[c], offset[c] + count[c]):
                 s, e = group[g], group[g + 1]
-                x_i, u_i = own_vector(trial, s, 0, L, DIM), own_vector(trial, s, U, L, DIM)
+                x_i, u_i = own_vector(trial, s, X, L, DIM), own_vector(trial, s, U, L, DIM)
                 outflow, pull = zero(trial, L), zero(trial, L)
                 if dense:
                     r_i = own(trial, s, R, L)
                 for n in range(base + span[g, 0], base + span[g, 2]):
                     j = at(lst, n)
-                    x_ij = x_i - other_vector(trial, j, 0, L, DIM)
+                    x_ij = x_i - other_vector(trial, j, X, L, DIM)
                     r2 = dot(x_ij, x_ij)
                     f = slope(closeness(r2, k.inverse_support))
                     a, out = (
@@ -70,11 +74,12 @@ def make_source(lanes: int, dim: int, dense: bool):
 @cache
 def make_weight(lanes: int, dim: int, dense: bool):
     """The weight of a neighbour's pressure, a_ij over `laplacian_factor`, for rows of `field`."""
-    L, DIM, R = lanes, dim, dim + 1
+    L, DIM = lanes, dim
+    X, R = columns.field(dim).of("x r")
 
     @helper(lanes, dim, dense)
     def weight(field, x_i, r_i, j, k):
-        x_ij = x_i - other_vector(field, j, 0, L, DIM)
+        x_ij = x_i - other_vector(field, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
         if dense:
@@ -85,93 +90,96 @@ def make_weight(lanes: int, dim: int, dense: bool):
 
 
 @cache
-def make_sweep(lanes: int, dim: int, dense: bool, columns: int = 0):
+def make_sweep(lanes: int, dim: int, dense: bool, responses: int = 0):
     """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
-    beta (p - p_before) inside, plain J(p) at the free surface and in spray. With `columns` the responses in `response` (n, m)
+    beta (p - p_before) inside, plain J(p) at the free surface and in spray. So many linear responses in `response` (n, m)
     are taken along into `new_response`, in the groups that touch the box `low` to `high` (`fsi.fluid.response`); they
     have no source."""
-    L, DIM, M = lanes, dim, columns
-    P, R = dim, dim + 1
+    L, DIM, M = lanes, dim, responses
+    X, P, R = columns.field(dim).of("x p r")
     weight = make_weight(lanes, dim, dense)
 
-    @compiled(lanes, dim, dense, columns)
-    def sweep(counter, bounds, groups, field, new, coefficients, k, alpha, beta, response, new_response, low, high):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty((1 + M) * L, field.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i, pull = own_vector(field, s, 0, L, DIM), zero(field, L)
-                r_i = own(field, s, R, L) if dense else zero(field, L)
-                reached = touches(field, s, e, low, high, 1.0 / k.inverse_support) if M > 0 else False
-                if reached:
-                    pulls = zero_vector(field, L, M)
-                    for n in range(base + span[g, 0], base + span[g, 2]):
-                        j = at(lst, n)
-                        a = weight(field, x_i, r_i, j, k)
-                        pull = pull + a * other(field, j, P, L)
-                        pulls = pulls + a * other_vector(response, j, 0, L, M)
-                    store(t_, L, pulls)
-                else:
-                    for n in range(base + span[g, 0], base + span[g, 2]):
-                        j = at(lst, n)
-                        pull = pull + weight(field, x_i, r_i, j, k) * other(field, j, P, L)
-                store(t_, 0, pull)
-                for i in range(s, e):
-                    jacobi = (k.laplacian_factor * t_[i - s] - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
-                    p = field[i, P]
-                    inner = coefficients[i, INNER]
-                    step = 1.0 + inner * (alpha - 1.0)
-                    new[i, P] = p + step * (jacobi - p) + inner * beta * (p - new[i, P])
-                    if reached:
-                        for m in range(M):
-                            q, jacobi = (
-                                response[i, m],
-                                k.laplacian_factor * t_[(1 + m) * L + i - s] / coefficients[i, DIAGONAL],
-                            )
-                            new_response[i, m] = q + step * (jacobi - q) + inner * beta * (q - new_response[i, m])
+    def hold(s, field):
+        return own_vector(field, s, X, L, DIM), own(field, s, R, L) if dense else zero(field, L)
 
-    return sweep
+    def empty(field):
+        return (zero(field, L),)
+
+    def pair(sums, mine, j, field, k):
+        (pull,), (x_i, r_i) = sums, mine
+        return (pull + weight(field, x_i, r_i, j, k) * other(field, j, P, L),)
+
+    @helper(lanes, dim, dense, responses)
+    def relax(i, pull, field, new, coefficients, k, alpha, beta):
+        jacobi = (k.laplacian_factor * pull - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
+        p = field[i, P]
+        inner = coefficients[i, INNER]
+        step = 1.0 + inner * (alpha - 1.0)
+        new[i, P] = p + step * (jacobi - p) + inner * beta * (p - new[i, P])
+        return step, inner
+
+    def finish(i, sums, field, new, coefficients, k, alpha, beta):
+        relax(i, sums[0], field, new, coefficients, k, alpha, beta)
+
+    def empty_too(field):
+        return zero(field, L), zero_vector(field, L, M)
+
+    def pair_too(sums, mine, j, field, k, response):
+        (pull, pulls), (x_i, r_i) = sums, mine
+        a = weight(field, x_i, r_i, j, k)
+        return pull + a * other(field, j, P, L), pulls + a * other_vector(response, j, 0, L, M)
+
+    def finish_too(i, sums, field, new, coefficients, k, alpha, beta, response, new_response):
+        pull, pulls = sums
+        step, inner = relax(i, pull, field, new, coefficients, k, alpha, beta)
+        for m in range(M):
+            q, jacobi = response[i, m], k.laplacian_factor * pulls[m] / coefficients[i, DIAGONAL]
+            new_response[i, m] = q + step * (jacobi - q) + inner * beta * (q - new_response[i, m])
+
+    def where(s, e, field, low, high, k):
+        return touches(field, s, e, low, high, 1.0 / k.inverse_support)
+
+    plain = Sum(hold, empty, ((ALL, pair),), finish)
+    both = {"sum": Sum(hold, empty_too, ((ALL, pair_too),), finish_too), "where": where, "otherwise": plain}
+    return over_pairs(
+        "sweep", (lanes, dim, dense, responses), **(both if responses else {"sum": plain}),
+        takes="field new coefficients k alpha beta response new_response low high",
+    )  # fmt: skip
 
 
 @cache
-def make_onset(lanes: int, dim: int, dense: bool, columns: int):
+def make_onset(lanes: int, dim: int, dense: bool, responses: int):
     """The first sweep of the responses, in which only the boundary acts, into the fluid's rows of `response` (n, m)."""
-    L, DIM, M, R = lanes, dim, columns, dim + 1
+    L, DIM, M = lanes, dim, responses
+    X, R = columns.field(dim).of("x r")
     weight = make_weight(lanes, dim, dense)
 
-    @compiled(lanes, dim, dense, columns)
-    def onset(counter, bounds, groups, field, coefficients, k, alpha, response, low, high):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(M * L, field.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                if span[g, 1] == span[g, 2] or not touches(field, s, e, low, high, 1.0 / k.inverse_support):
-                    continue
-                x_i, pulls = own_vector(field, s, 0, L, DIM), zero_vector(field, L, M)
-                r_i = own(field, s, R, L) if dense else zero(field, L)
-                for n in range(base + span[g, 1], base + span[g, 2]):
-                    j = at(lst, n)
-                    pulls = pulls + weight(field, x_i, r_i, j, k) * other_vector(response, j, 0, L, M)
-                store(t_, 0, pulls)
-                for i in range(s, e):
-                    step = 1.0 + coefficients[i, INNER] * (alpha - 1.0)
-                    for m in range(M):
-                        response[i, m] = step * k.laplacian_factor * t_[m * L + i - s] / coefficients[i, DIAGONAL]
+    def where(s, e, walls_from, walls_to, field, low, high, k):
+        return walls_from < walls_to and touches(field, s, e, low, high, 1.0 / k.inverse_support)
 
-    return onset
+    def hold(s, field):
+        return own_vector(field, s, X, L, DIM), own(field, s, R, L) if dense else zero(field, L)
+
+    def empty(field):
+        return (zero_vector(field, L, M),)
+
+    def pair(sums, mine, j, field, response, k):
+        (pulls,), (x_i, r_i) = sums, mine
+        return (pulls + weight(field, x_i, r_i, j, k) * other_vector(response, j, 0, L, M),)
+
+    def finish(i, sums, coefficients, k, alpha, response):
+        (pulls,) = sums
+        step = 1.0 + coefficients[i, INNER] * (alpha - 1.0)
+        for m in range(M):
+            response[i, m] = step * k.laplacian_factor * pulls[m] / coefficients[i, DIAGONAL]
+
+    return over_pairs(
+        "onset", (lanes, dim, dense, responses), takes="field coefficients k alpha response low high",
+        sum=Sum(hold, empty, ((WALLS, pair),), finish), where=where,
+    )  # fmt: skip
 
 
-@register_jitable
+@helper()
 def touches(field, s, e, low, high, margin):
     """True where one of the rows s to e lies in the box. They are in the order of cells, no longer than `margin` along x, so
     that their ends tell most groups."""

@@ -1,8 +1,9 @@
 """Sweeps of a viscosity that differs from particle to particle: shear rate, viscous forces, explicit or implicit.
 
-The rows of `flow` are [x, u, mu]: DIM components each of place and velocity, then the viscosity [Pa s] in the column
-2 DIM. A pair's viscosity is the harmonic mean of the two, so that the shear stress is continuous between liquids; at a
-wall it is the fluid's. Where scenes hold one Newtonian liquid the predictor does all this (`fsi.sph.predictor`).
+Rows are those of `fsi.sph.columns`, with the viscosity [Pa s] in `flow`; how a sweep is made of its functions is told in
+`fsi.compute.pairs`. A pair's viscosity is the harmonic mean of the two, so that the shear stress is continuous between
+liquids; at a wall it is the fluid's. Where scenes hold one Newtonian liquid the predictor does all this
+(`fsi.sph.predictor`).
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ import math
 from functools import cache
 
 import numpy as np
-from numba.extending import register_jitable
 
-from fsi.compute.jit import compiled
-from fsi.compute.lanes import at, claim, component, dot, other, other_vector, own, own_vector, store, zero, zero_vector
+from fsi.compute.jit import helper
+from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
+from fsi.sph import columns
 from fsi.sph.terms import (
     closeness,
     interface_gradient,
@@ -32,7 +34,7 @@ WELL_SPREAD = (
 )
 
 
-@register_jitable
+@helper()
 def shear_rate(G, M):
     """sqrt(2 S : S) of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles &
     Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
@@ -73,85 +75,77 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
     the velocity is linear in space, also at the surface and at free-slip walls; no-slip walls take part with their
     mirrored velocities, which halves the error of the curved profile at a wall. `kind` (n,): the
     liquid of each; `laws` (m, 4): mu_0, mu_inf, K and the factor rho (C_s dr)^2 of the eddies (`fsi.fluid.rheology`)."""
-    L, DIM = lanes, dim
-    MU, LAST, KINDS = 2 * dim, dim - 1, 2 if no_slip else 1
+    L, DIM, Z = lanes, dim, dim - 1
+    X, U, MU = columns.flow(dim).of("x u mu")
 
-    @compiled(lanes, dim, no_slip)
-    def shear(counter, bounds, groups, flow, kind, laws, rate, k):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(2 * DIM * DIM * L, flow.dtype)
-        G, M = np.zeros((DIM, DIM)), np.zeros((DIM, DIM))
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i, u_i = own_vector(flow, s, 0, L, DIM), own_vector(flow, s, DIM, L, DIM)
-                gx, gy, gz = zero_vector(flow, L, DIM), zero_vector(flow, L, DIM), zero_vector(flow, L, DIM)
-                mx, my, mz = zero_vector(flow, L, DIM), zero_vector(flow, L, DIM), zero_vector(flow, L, DIM)
-                for n in range(base + span[g, 0], base + span[g, KINDS]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                    u_ij = u_i - other_vector(flow, j, DIM, L, DIM)
-                    fx = x_ij * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    gx, mx = gx + fx * component(u_ij, 0), mx + fx * component(x_ij, 0)
-                    if DIM == 3:
-                        gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
-                    gz, mz = gz + fx * component(u_ij, LAST), mz + fx * component(x_ij, LAST)
-                store(t_, 0, gx)
-                store(t_, LAST * DIM * L, gz)
-                store(t_, DIM * DIM * L, mx)
-                store(t_, (DIM + LAST) * DIM * L, mz)
-                if DIM == 3:
-                    store(t_, DIM * L, gy)
-                    store(t_, (DIM + 1) * DIM * L, my)
-                for i in range(s, e):
-                    for a in range(DIM):
-                        for b in range(DIM):
-                            G[a, b] = k.divergence_factor * t_[(a * DIM + b) * L + i - s]
-                            M[a, b] = k.divergence_factor * t_[((DIM + a) * DIM + b) * L + i - s]
-                    rate[i] = shear_rate(G, M)
-                    q = kind[i]
-                    mu = laws[q, 1] + (laws[q, 0] - laws[q, 1]) / (1.0 + laws[q, 2] * rate[i])
-                    flow[i, MU] = mu + laws[q, 3] * rate[i]
+    def hold(s, flow):
+        return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
 
-    return shear
+    def empty(flow):
+        none = zero_vector(flow, L, DIM)
+        return none, none, none, none, none, none
+
+    def pair(sums, mine, j, flow, k):
+        (gx, gy, gz, mx, my, mz), (x_i, u_i) = sums, mine
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        u_ij = u_i - other_vector(flow, j, U, L, DIM)
+        fx = x_ij * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
+        gx, mx = gx + fx * component(u_ij, 0), mx + fx * component(x_ij, 0)
+        if DIM == 3:
+            gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
+        return gx, gy, gz + fx * component(u_ij, Z), mx, my, mz + fx * component(x_ij, Z)
+
+    def finish(i, sums, scratch, flow, kind, laws, rate, k):
+        gx, gy, gz, mx, my, mz = sums
+        G, M = scratch
+        for b in range(DIM):
+            G[0, b], G[Z, b] = k.divergence_factor * gx[b], k.divergence_factor * gz[b]
+            M[0, b], M[Z, b] = k.divergence_factor * mx[b], k.divergence_factor * mz[b]
+            if DIM == 3:
+                G[1, b], M[1, b] = k.divergence_factor * gy[b], k.divergence_factor * my[b]
+        rate[i] = shear_rate(G, M)
+        q = kind[i]
+        mu = laws[q, 1] + (laws[q, 0] - laws[q, 1]) / (1.0 + laws[q, 2] * rate[i])
+        flow[i, MU] = mu + laws[q, 3] * rate[i]
+
+    def scratch():
+        return np.zeros((DIM, DIM)), np.zeros((DIM, DIM))
+
+    return over_pairs(
+        "shear", (lanes, dim, no_slip), takes="flow kind laws rate k",
+        sum=Sum(hold, empty, ((ALL if no_slip else FLUID, pair),), finish), scratch=scratch,
+    )  # fmt: skip
 
 
 @cache
 def make_mirror(lanes: int, dim: int):
-    """No slip: the velocity of a boundary row becomes 2 u_b - sum W u_j / sum W, as in `fsi.sph.walls.make_weights`, for
-    velocities that change within a step. `weights` (b, 1 + DIM) with sum W first, `velocity` (b, DIM) of the walls."""
+    """No slip: the velocity of a boundary row becomes 2 u_b - sum W u_j / sum W, as in `fsi.sph.walls.make_shepard`, for
+    velocities that change within a step. `shepard` (b, 1 + DIM) as there, `velocity` (b, DIM) of the walls."""
     L, DIM = lanes, dim
+    X, U = columns.flow(dim).of("x u")
+    (TOTAL,) = columns.shepard(dim).of("total")
 
-    @compiled(lanes, dim)
-    def mirror(counter, bounds, groups, first, flow, weights, velocity, k):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(DIM * L, flow.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i = own_vector(flow, s, 0, L, DIM)
-                carried = zero_vector(flow, L, DIM)
-                for n in range(base + span[g, 0], base + span[g, 1]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                    w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    carried = carried + other_vector(flow, j, DIM, L, DIM) * w
-                store(t_, 0, carried)
-                for i in range(s, e):
-                    b, m = i - first, i - s
-                    for d in range(DIM):
-                        if weights[b, 0] > 0.0:
-                            flow[i, DIM + d] = 2.0 * velocity[b, d] - t_[d * L + m] / weights[b, 0]
+    def hold(s, flow):
+        return own_vector(flow, s, X, L, DIM)
 
-    return mirror
+    def empty(flow):
+        return (zero_vector(flow, L, DIM),)
+
+    def pair(sums, x_i, j, flow, k):
+        (carried,) = sums
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
+        return (carried + other_vector(flow, j, U, L, DIM) * w,)
+
+    def finish(i, sums, first, flow, shepard, velocity):
+        (carried,), b = sums, i - first
+        for d in range(DIM):
+            if shepard[b, TOTAL] > 0.0:
+                flow[i, U + d] = 2.0 * velocity[b, d] - carried[d] / shepard[b, TOTAL]
+
+    return over_pairs(
+        "mirror", (lanes, dim), takes="first flow shepard velocity k", sum=Sum(hold, empty, ((FLUID, pair),), finish)
+    )
 
 
 @cache
@@ -160,91 +154,82 @@ def make_viscosity(lanes: int, dim: int, no_slip: bool, dense: bool, implicit: b
     `trial` gain dt A. Implicit: one Chebyshev sweep of change = dt A(velocity + change), from the velocities of `flow`
     into those of `trial`, which has the same columns; `change` and `before` (n, DIM) are those of the last two sweeps."""
     L, DIM = lanes, dim
-    MU, DENSITY = 2 * dim, 2 * dim + 1
+    X, U, MU, R = columns.flow(dim).of("x u mu r")
+    (U_NEW,) = (columns.flow if implicit else columns.trial)(dim).of("u")
 
-    @compiled(lanes, dim, no_slip, dense, implicit)
-    def resist(counter, bounds, groups, flow, trial, velocity, change, before, k, dt, alpha, beta):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(DIM * L, flow.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i, u_i = own_vector(flow, s, 0, L, DIM), own_vector(flow, s, DIM, L, DIM)
-                mu_i = own(flow, s, MU, L)
-                stress = zero_vector(flow, L, DIM)
-                for n in range(base + span[g, 0], base + span[g, 1]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
-                    mu = mean_viscosity(mu_i, other(flow, j, MU, L))
-                    stress = stress + viscous(a * mu, u_i - other_vector(flow, j, DIM, L, DIM))
-                if no_slip:
-                    for n in range(base + span[g, 1], base + span[g, 2]):
-                        j = at(lst, n)
-                        x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                        r2 = dot(x_ij, x_ij)
-                        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
-                        stress = stress + viscous(a * mu_i, u_i - other_vector(flow, j, DIM, L, DIM))
-                store(t_, 0, stress)
-                for i in range(s, e):
-                    factor = k.stress_factor
-                    if dense:
-                        factor = factor / flow[i, DENSITY]
-                    for d in range(DIM):
-                        gain = -dt * factor * t_[d * L + i - s]
-                        if implicit:
-                            last = change[i, d]
-                            now = last + alpha * (gain - last) + beta * (last - before[i, d])
-                            before[i, d] = now
-                            trial[i, DIM + d] = velocity[i, d] + now
-                        else:
-                            velocity[i, d] += gain
-                            trial[i, DIM + 1 + d] = velocity[i, d]
+    def hold(s, flow):
+        return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM), own(flow, s, MU, L)
 
-    return resist
+    def empty(flow):
+        return (zero_vector(flow, L, DIM),)
+
+    def fluid_pair(sums, mine, j, flow, k):
+        (stress,), (x_i, u_i, mu_i) = sums, mine
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+        mu = mean_viscosity(mu_i, other(flow, j, MU, L))
+        return (stress + viscous(a * mu, u_i - other_vector(flow, j, U, L, DIM)),)
+
+    def wall_pair(sums, mine, j, flow, k):
+        (stress,), (x_i, u_i, mu_i) = sums, mine
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+        return (stress + viscous(a * mu_i, u_i - other_vector(flow, j, U, L, DIM)),)
+
+    def finish(i, sums, flow, trial, velocity, change, before, k, dt, alpha, beta):
+        (stress,), factor = sums, k.stress_factor
+        if dense:
+            factor = factor / flow[i, R]
+        for d in range(DIM):
+            gain = -dt * factor * stress[d]
+            if implicit:
+                last = change[i, d]
+                now = last + alpha * (gain - last) + beta * (last - before[i, d])
+                before[i, d] = now
+                trial[i, U_NEW + d] = velocity[i, d] + now
+            else:
+                velocity[i, d] += gain
+                trial[i, U_NEW + d] = velocity[i, d]
+
+    passes = ((FLUID, fluid_pair), (WALLS, wall_pair)) if no_slip else ((FLUID, fluid_pair),)
+    return over_pairs(
+        "resist", (lanes, dim, no_slip, dense, implicit), takes="flow trial velocity change before k dt alpha beta",
+        sum=Sum(hold, empty, passes, finish),
+    )  # fmt: skip
 
 
 @cache
 def make_push(lanes: int, dim: int, dense: bool):
     """Acceleration of the fluid by the pressures in `trial`, into `push` (n, DIM); as in `fsi.sph.corrector`."""
     L, DIM = lanes, dim
-    P, R = dim, 2 * dim + 1
+    X, P, R = columns.trial(dim).of("x p r")
 
-    @compiled(lanes, dim, dense)
-    def accelerate(counter, bounds, groups, trial, push, k):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(DIM * L, trial.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i, p_i = own_vector(trial, s, 0, L, DIM), own(trial, s, P, L)
-                force = zero_vector(trial, L, DIM)
-                if dense:
-                    r_i = own(trial, s, R, L)
-                for n in range(base + span[g, 0], base + span[g, 2]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(trial, j, 0, L, DIM)
-                    f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-                    if dense:
-                        r_j = partner(r_i, other(trial, j, R, L))
-                        force = force + interface_gradient(f, p_i, other(trial, j, P, L), r_i, r_j, x_ij) / r_i
-                    else:
-                        force = force + pressure_gradient(f, p_i, other(trial, j, P, L), x_ij)
-                store(t_, 0, force)
-                for i in range(s, e):
-                    for d in range(DIM):
-                        push[i, d] = k.gradient_factor * t_[d * L + i - s]
+    def hold(s, trial):
+        r_i = own(trial, s, R, L) if dense else zero(trial, L)
+        return own_vector(trial, s, X, L, DIM), own(trial, s, P, L), r_i
 
-    return accelerate
+    def empty(trial):
+        return (zero_vector(trial, L, DIM),)
+
+    def pair(sums, mine, j, trial, k):
+        (force,), (x_i, p_i, r_i) = sums, mine
+        x_ij = x_i - other_vector(trial, j, X, L, DIM)
+        f, p_j = slope(closeness(dot(x_ij, x_ij), k.inverse_support)), other(trial, j, P, L)
+        if dense:
+            r_j = partner(r_i, other(trial, j, R, L))
+            return (force + interface_gradient(f, p_i, p_j, r_i, r_j, x_ij) / r_i,)
+        return (force + pressure_gradient(f, p_i, p_j, x_ij),)
+
+    def finish(i, sums, push, k):
+        (force,) = sums
+        for d in range(DIM):
+            push[i, d] = k.gradient_factor * force[d]
+
+    return over_pairs(
+        "accelerate", (lanes, dim, dense), takes="trial push k", sum=Sum(hold, empty, ((ALL, pair),), finish)
+    )
 
 
 @cache
@@ -252,35 +237,33 @@ def make_drag(lanes: int, dim: int):
     """Viscous force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM): the exact
     opposite of its forces on the fluid in `make_viscosity`."""
     L, DIM = lanes, dim
-    MU = 2 * dim
+    X, U, MU = columns.flow(dim).of("x u mu")
 
-    @compiled(lanes, dim)
-    def drag(counter, bounds, groups, first, flow, owner, least, force, k):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(DIM * L, flow.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                if owner[s - first : e - first].max() < least:
-                    continue
-                x_i, u_i = own_vector(flow, s, 0, L, DIM), own_vector(flow, s, DIM, L, DIM)
-                total = zero_vector(flow, L, DIM)
-                for n in range(base + span[g, 0], base + span[g, 1]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
-                    total = total + viscous(a * other(flow, j, MU, L), u_i - other_vector(flow, j, DIM, L, DIM))
-                store(t_, 0, total)
-                for i in range(s, e):
-                    for d in range(DIM):
-                        force[i - first, d] = -k.mass * k.stress_factor * t_[d * L + i - s]
+    def where(s, e, first, owner, least):
+        return owner[s - first : e - first].max() >= least
 
-    return drag
+    def hold(s, flow):
+        return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
+
+    def empty(flow):
+        return (zero_vector(flow, L, DIM),)
+
+    def pair(sums, mine, j, flow, k):
+        (total,), (x_i, u_i) = sums, mine
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+        return (total + viscous(a * other(flow, j, MU, L), u_i - other_vector(flow, j, U, L, DIM)),)
+
+    def finish(i, sums, first, force, k):
+        (total,) = sums
+        for d in range(DIM):
+            force[i - first, d] = -k.mass * k.stress_factor * total[d]
+
+    return over_pairs(
+        "drag", (lanes, dim), takes="first flow owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
+        where=where,
+    )  # fmt: skip
 
 
 @cache
@@ -288,29 +271,22 @@ def make_grip(lanes: int, dim: int):
     """How much the viscous force on each boundary particle grows with its velocity, into `grip` (b,) [N s/m], for mirrored
     velocities and a fluid that stays as it is."""
     L, DIM = lanes, dim
-    MU = 2 * dim
+    X, MU = columns.flow(dim).of("x mu")
 
-    @compiled(lanes, dim)
-    def hold(counter, bounds, groups, first, flow, grip, k):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(L, flow.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i = own_vector(flow, s, 0, L, DIM)
-                total = zero(flow, L)
-                for n in range(base + span[g, 0], base + span[g, 1]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(flow, j, 0, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
-                    total = total + a * other(flow, j, MU, L)
-                store(t_, 0, total)
-                for i in range(s, e):
-                    grip[i - first] = 2.0 * k.mass * k.stress_factor * t_[i - s]
+    def hold(s, flow):
+        return own_vector(flow, s, X, L, DIM)
 
-    return hold
+    def empty(flow):
+        return (zero(flow, L),)
+
+    def pair(sums, x_i, j, flow, k):
+        (total,) = sums
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+        return (total + a * other(flow, j, MU, L),)
+
+    def finish(i, sums, first, grip, k):
+        grip[i - first] = 2.0 * k.mass * k.stress_factor * sums[0]
+
+    return over_pairs("hold", (lanes, dim), takes="first flow grip k", sum=Sum(hold, empty, ((FLUID, pair),), finish))

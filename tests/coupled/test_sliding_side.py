@@ -67,8 +67,8 @@ def test_a_plate_that_is_accelerated_along_itself_leaves_the_pressure_of_its_sid
     shore, axis = sim.fluid.solids, motion.rotation[0][:, 2]
     units = np.zeros((1, sim.fluid.owners, 6))
     units[0, FIRST_BODY, :3] = axis
-    lift = shore.lift_of(units)[:, 0] / np.maximum(shore.weights[:, 0], 1e-9)[: shore.count]
-    own = (shore.owner[: shore.count] == FIRST_BODY) & (shore.weights[: shore.count, 0] > 0)
+    lift = shore.lift_of(units)[:, 0] / np.maximum(shore.shepard[:, 0], 1e-9)[: shore.count]
+    own = (shore.owner[: shore.count] == FIRST_BODY) & (shore.shepard[: shore.count, 0] > 0)
     local = (shore.position[: shore.count] - motion.position[0][[0, 2]]) @ motion.rotation[0][[0, 2]][:, [0, 2]]
     side = own & (np.abs(local[:, 0]) > 0.1) & (local[:, 1] > -0.3)
     bottom = own & (np.abs(local[:, 0]) < 0.05) & (local[:, 1] < -0.4)

@@ -128,9 +128,9 @@ used = {fluid._predictor, fluid._source, fluid._corrector, fluid.solids.weigher,
 assert all(len(kernel.signatures) == 1 for kernel in used)
 assert fluid._predictor is predictor.make_predictor(fluid.lanes, 2, "none", False, False, False, True)  # no viscosity, no shift
 assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False, False)  # nor densities
-assert fluid.solids.weigher is walls.make_weights(fluid.lanes, 2, False, False)
+assert fluid.solids.weigher is walls.make_shepard(fluid.lanes, 2, False, False)
 for factory, made in ((predictor.make_predictor, 1), (corrector.make_corrector, 1), (pressure.make_sweep, 1),
-                      (pressure.make_onset, 0), (walls.make_weights, 1), (walls.make_extrapolation, 1),
+                      (pressure.make_onset, 0), (walls.make_shepard, 1), (walls.make_extrapolation, 1),
                       (walls.make_force, 0), (walls.make_drag, 0)):
     assert factory.cache_info().currsize == made, factory
 assert fluid._responses == [] and fluid.rheology is None and fluid._relative is None
