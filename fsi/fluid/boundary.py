@@ -12,13 +12,16 @@ from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.layout import FIRST_BODY
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
+from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
 from fsi.sph import walls
 from fsi.sph.columns import Constants
 
 
 class BoundaryParticles:
-    """Boundary particles as the fluid meets them; the first `count` of b stand, whose rows follow the fluid's `first` ones.
+    """Boundary particles as the fluid meets them, in layers whose pressure is extrapolated from the fluid (Adami et al. 2012): a
+    `BoundaryTreatment`. Owns copies of them in the order of cells, of which the first `count` of b stand, whose rows follow the
+    fluid's `first` ones.
 
     order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
     bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_weights`); `drag`: the
@@ -36,7 +39,7 @@ class BoundaryParticles:
         self.first = self.count = 0
         self.order = np.empty(0, np.int32)
         self.position = np.zeros((b, dim))
-        self.velocity = self.skin = np.zeros((b, dim))
+        self.velocity, self._skin = np.zeros((b, dim)), None
         self.normal = np.empty((0, dim))
         self.owner = np.zeros(b, np.int32)
         self.weights, self._lift = np.zeros((b, 1 + dim), dtype), np.zeros((b, 1), dtype)
@@ -48,30 +51,33 @@ class BoundaryParticles:
         self.owners, self._centre, self._twist, self._smooth = len(centre), centre, twist, smooth
         self.centre = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)  # in the axes of the fluid
 
-    def arrange(self, position: np.ndarray, scratch: np.ndarray) -> None:
-        """Find the order of cells of the boundary particles at these positions (b, dim)."""
-        if len(position):
-            self.order = self.sort.update(position, scratch)[: self.sort.inside].copy()
+    def arrange(self, placed: BoundaryState, scratch: np.ndarray) -> None:
+        """Find the order of cells of the boundary particles where they were placed."""
+        if len(placed.position):
+            self.order = self.sort.update(placed.position, scratch)[: self.sort.inside].copy()
         self.count = len(self.order)
 
-    def face(self, normal: np.ndarray) -> None:
-        """Take over the outward normals (b, dim) of the bodies, in the order of the layout."""
-        self.normal = normal[self.order]
-
-    def pack(
-        self, first: int, state: tuple[np.ndarray, ...], dt: float, body_force: np.ndarray, *rows: np.ndarray
-    ) -> None:
-        """Fill the rows from `first` on, and the arrays here, from `state`: position, velocity, skin, owner in the order of
-        the layout."""
+    def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
+        """Fill the rows from `first` on, and the arrays here, from where the boundary particles were placed."""
         self.first = first
-        if self.skin is self.velocity and state[2] is not state[1]:
-            self.skin = self.velocity.copy()
+        if self._skin is None and placed.skin is not None:
+            self._skin = self.velocity.copy()
         if self.count:
-            own = self.position, self.velocity, self.skin, self.owner
-            bounds = whole(self.count)
             self.team.run(
-                pack_boundary, bounds, self.order, first, self._grid.lower, *state, *own, dt, body_force, *rows
-            )
+                pack_boundary, whole(self.count), self.order, first, self._grid.lower, placed.position, placed.velocity,
+                placed.felt, placed.owner, self.position, self.velocity, self.skin, self.owner, dt, body_force, xs, *rows,
+            )  # fmt: skip
+        if placed.normal is not None:
+            self.normal = placed.normal[self.order]
+
+    @property
+    def skin(self) -> np.ndarray:
+        """Velocity (b, dim) that viscosity feels: `velocity` where no body is round."""
+        return self.velocity if self._skin is None else self._skin
+
+    def follow(self, placed: BoundaryState) -> None:
+        """Take over velocities that have changed since `pack`, for the wall guard."""
+        np.take(placed.velocity, self.order, axis=0, out=self.velocity[: self.count], mode="clip")
 
     def find(self, fluid: CellSort, xs: np.ndarray) -> None:
         """Find the neighbours in the fluid, of positions `xs` as in `fsi.particles.neighbours`."""
