@@ -19,9 +19,8 @@ from fsi.sph.columns import Constants
 
 
 class BoundaryParticles:
-    """Boundary particles as the fluid meets them, in layers whose pressure is extrapolated from the fluid (Adami et al. 2012): a
-    `BoundaryTreatment`. Owns copies of them in the order of cells, of which the first `count` of b stand, whose rows follow the
-    fluid's `first` ones.
+    """Boundary particles in layers, whose pressure is extrapolated from the fluid (Adami et al. 2012): a `BoundaryTreatment`.
+    Owns copies of them in the order of cells; the first `count` of b stand, whose rows follow the fluid's `first` ones.
 
     order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
     bodies, empty without them; weights (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_weights`); `drag`: the

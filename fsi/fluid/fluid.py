@@ -31,6 +31,11 @@ from fsi.protocols import Halo
 from fsi.scene.model import Scene
 from fsi.sph import corrector, predictor, walls
 
+MEMORY = (
+    "state", "spare, to sort into", "packed rows", "coefficients, before them orders and positions for the search",
+    "lists of the fluid", "cells", "responses", "boundary alone, its lists included",
+)  # fmt: skip
+
 
 class Fluid:
     """The order of one step. Owns the time step's scalars and these parts:
@@ -61,7 +66,7 @@ class Fluid:
         self.halo, self.reductions = halo or make_halo(scene), reductions
         support = 2 * scene.smoothing_length
         self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self._cells = CellSort(self.grid, team)
+        self.sort = CellSort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.lost = 0
@@ -84,16 +89,12 @@ class Fluid:
         )
         self._stiff = implicit and laminar and no_slip and self.owners > FIRST_BODY
         self.work = Workspace(
-            scene, b, self.dtype, lambda n: max(self._cells.room(n), self.solids.sort.room(b)), spare=self.halo.room,
+            scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=laminar or artificial, varies=special, dense=dense, two_fields=two_fields(scene),
         )  # fmt: skip
         self.work.reserve(self.count)
-        self.solver = make_solver(
-            Parts(
-                scene, self.depth, dense, self.dtype, L, self.team, self.particles, self.work, self.near, self.solids,
-                self.halo, self.reductions,
-            )  # fmt: skip
-        )
+        shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions
+        self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
         surface = not scene.closed
         self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
@@ -113,9 +114,9 @@ class Fluid:
         self.solids.begin(centre, twist, smooth)
         self._sort()
         xs = self._pack()
-        others = [(self._cells, 0)] + ([(self.solids.sort, self._rows)] if self.solids.count else [])
-        self.near.update(self._cells, 0, xs, others)
-        self.solids.find(self._cells, xs)
+        others = [(self.sort, 0)] + ([(self.solids.sort, self._rows)] if self.solids.count else [])
+        self.near.update(self.sort, 0, xs, others)
+        self.solids.find(self.sort, xs)
         self.work.arena.begin("coefficients")
 
     def _sort(self) -> None:
@@ -123,8 +124,8 @@ class Fluid:
         own = self.halo.exchange(self.particles)
         self.work.reserve(self.count)
         scratch = self.work.arena.begin("orders")
-        order = self._cells.update(self.position, scratch)
-        self._rows = n = self._cells.inside
+        order = self.sort.update(self.position, scratch)
+        self._rows = n = self.sort.inside
         ghosts = self.halo.locate(order, n)
         self.lost += self.reductions.combined(own - (n - ghosts))
         self.particles.reorder(order, n)
@@ -272,6 +273,7 @@ class Fluid:
             "particles": self.particles.state(),
             "boundary": self.placed.state(),
             "solver": self.solver.state(),
+            "rheology": self.rheology.state() if self.rheology else None,
             "acceleration": self._acceleration.copy(),
             "suction": float(self.k.suction),
             "lost": int(self.lost),
@@ -280,10 +282,16 @@ class Fluid:
         }
 
     def restore(self, state: dict) -> None:
-        """Go on from `state`, of a fluid of the same scene, bit for bit."""
+        """Go on from `state`, of a fluid of the same scene, bit for bit. Raises ValueError where it is one of another."""
+        if state["boundary"]["owner"].tolist() != self.owner.tolist() or len(state["acceleration"]) != self.owners:
+            raise ValueError("the state is one of other boundary particles")
+        if state["particles"]["position"].shape[1] != self.dim or bool(state["rheology"]) != bool(self.rheology):
+            raise ValueError("the state is one of another kind of fluid")
         self.particles.restore(state["particles"])
         self.placed.restore(state["boundary"])
         self.solver.restore(state["solver"])
+        if self.rheology:
+            self.rheology.restore(state["rheology"])
         self.work.reserve(self.count)
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
@@ -297,6 +305,11 @@ class Fluid:
     def count(self) -> int:
         """Fluid particles, ghosts included within a step."""
         return self.particles.count
+
+    @property
+    def total_count(self) -> int:
+        """Fluid particles of all processes, ghosts included within a step."""
+        return int(self.reductions.combined(self.count))
 
     @property
     def position(self) -> np.ndarray:
@@ -345,18 +358,14 @@ class Fluid:
 
     @property
     def memory(self) -> dict[str, int]:
-        """Memory [B] of what holds particles, by part."""
+        """Memory [B] of what holds particles, by part (`MEMORY`)."""
         work, liquids = self.work.nbytes, (self.liquid, self._relative)
-        return {
-            "state": self.particles.nbytes + sum(a.nbytes for a in liquids if a is not None),
-            "spare, to sort into": self.particles.spare_nbytes,
-            "packed rows": work["rows"] + (self.rheology.nbytes if self.rheology else 0),
-            "coefficients, before them orders and positions for the search": work["arena"],
-            "lists of the fluid": self.near.nbytes,
-            "cells": self._cells.nbytes,
-            "responses": work["responses"],
-            "boundary alone, its lists included": self.placed.nbytes + self.solids.nbytes,
-        }
+        sizes = (
+            self.particles.nbytes + sum(a.nbytes for a in liquids if a is not None), self.particles.spare_nbytes,
+            work["rows"] + (self.rheology.nbytes if self.rheology else 0), work["arena"], self.near.nbytes,
+            self.sort.nbytes, work["responses"], self.placed.nbytes + self.solids.nbytes,
+        )  # fmt: skip
+        return dict(zip(MEMORY, sizes, strict=True))
 
     @property
     def nbytes(self) -> int:

@@ -98,8 +98,8 @@ class PressureSolver(Protocol):
         boundary, and the responses to changes of it are found along with it, exactly."""
 
     def settle(self, k: Constants, tolerance: float, most: int) -> None:
-        """Solve on from the last update, until a sweep changes the pressure by less than tolerance times its maximum, in at most
-        so many sweeps; they are not counted."""
+        """Solve on from the last update, until a sweep changes the pressure by less than tolerance times its maximum, in at
+        most so many sweeps; they are not counted."""
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""

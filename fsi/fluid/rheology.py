@@ -88,9 +88,9 @@ def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
 
 
 class Rheology:
-    """Viscosity of one run: the laws of its liquids and the sweeps that apply them.
-
-    `rate` (n,): shear rate [1/s] of the particles in their present order, where the scene needs it."""
+    """Viscosity of one run: the laws of its liquids and the sweeps that apply them. Owns the laws, the second copy of the rows
+    that implicit sweeps need, and `rate` (n,), the shear rate [1/s] of the particles in their present order, where the scene
+    needs it."""
 
     def __init__(self, scene: Scene, implicit: bool, lanes: int, dtype, team):
         dim, self.scene, self.team, self.dtype = scene.dimension, scene, team, dtype
@@ -177,6 +177,13 @@ class Rheology:
         if self.eddy:
             fields["eddy_viscosity"] = self.eddy * self.rate
         return fields
+
+    def state(self) -> dict:
+        """What is remembered between steps; the fields of the last one are in that of the fluid."""
+        return {"sweeps": self.sweeps}
+
+    def restore(self, state: dict) -> None:
+        self.sweeps = int(state["sweeps"])
 
     @property
     def nbytes(self) -> int:

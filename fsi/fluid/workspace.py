@@ -59,9 +59,9 @@ class Workspace:
         self, scene: Scene, boundary: int, dtype, orders: Callable[[int], int], *, viscous: bool, varies: bool,
         dense: bool, two_fields: bool, spare: float,
     ):  # fmt: skip
-        """boundary: its particles; orders: numbers that sorting so many fluid particles takes; viscous, varies: whether there is
-        viscosity, and of several values; dense: unequal densities; two_fields: more than one sweep; spare: room to keep for
-        more particles, as a factor."""
+        """boundary: its particles; orders: numbers that sorting so many fluid particles takes; viscous, varies: whether there
+        is viscosity, and of several values; dense: unequal densities; two_fields: more than one sweep; spare: room to keep
+        for more particles, as a factor."""
         dim = self._dim = scene.dimension
         edged = scene.shifting > 0 and not scene.closed
         self._widths = {
