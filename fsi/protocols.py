@@ -189,6 +189,10 @@ class Halo(Protocol):
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the rows (n, ...) of the ghosts what their sources have in these columns."""
 
+    def holds(self, position: np.ndarray) -> np.ndarray | None:
+        """Which boundary particles at these places (b, dim) this fluid counts the forces on, so that several fluids that all
+        know them count each once; None for all."""
+
     def drop(self, particles: Particles) -> np.ndarray | slice:
         """Drop the ghosts. Returns what chooses the own particles out of the rows of the step."""
 

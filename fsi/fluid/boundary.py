@@ -17,6 +17,8 @@ from fsi.scene.model import Scene
 from fsi.sph import walls
 from fsi.sph.columns import Constants
 
+NOBODY = -1  # owner of boundary particles on which forces are counted elsewhere
+
 
 class BoundaryParticles:
     """Boundary particles in layers, whose pressure is extrapolated from the fluid (Adami et al. 2012): a `BoundaryTreatment`.
@@ -40,7 +42,7 @@ class BoundaryParticles:
         self.position = np.zeros((b, dim))
         self.velocity, self._skin = np.zeros((b, dim)), None
         self.normal = np.empty((0, dim))
-        self.owner = np.zeros(b, np.int32)
+        self.owner = self._counted = np.zeros(b, np.int32)  # the same until `count_only`
         self.weights, self._lift = np.zeros((b, 1 + dim), dtype), np.zeros((b, 1), dtype)
         self._force, self._silence = np.empty((0, b, dim)), LinearResponse.none(dim, dtype)
         self.weigher = walls.make_weights(self.lanes, dim, no_slip, dense)
@@ -58,7 +60,7 @@ class BoundaryParticles:
 
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
         """Fill the rows from `first` on, and the arrays here, from where the boundary particles were placed."""
-        self.first = first
+        self.first, self._counted = first, self.owner
         if self._skin is None and placed.skin is not None:
             self._skin = self.velocity.copy()
         if self.count:
@@ -68,6 +70,10 @@ class BoundaryParticles:
             )  # fmt: skip
         if placed.normal is not None:
             self.normal = placed.normal[self.order]
+
+    def count_only(self, held: np.ndarray) -> None:
+        """Count the forces on these boundary particles alone, True in (count,), until the next `pack`."""
+        self._counted = np.where(held, self.owner[: self.count], NOBODY).astype(np.int32)
 
     @property
     def skin(self) -> np.ndarray:
@@ -131,7 +137,7 @@ class BoundaryParticles:
             forces = self._forces(columns)
             self.team.run(
                 walls.make_force(self.lanes, self.dim, column, columns), self.near.bounds, self.near.groups, self.first,
-                rows, values, self.owner[: self.count], least, forces, self.k,
+                rows, values, self._counted[: self.count], least, forces, self.k,
             )  # fmt: skip
             for force, total in zip(forces, wrench, strict=False):
                 self._add(force, total, least)
@@ -143,7 +149,7 @@ class BoundaryParticles:
         if self._drag and self.count:
             force = self._forces(1)[0]
             self.team.run(
-                self._drag, self.near.bounds, self.near.groups, self.first, flow, self.owner[: self.count], least, force,
+                self._drag, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least, force,
                 self.k,
             )  # fmt: skip
             self._add(force, wrench, least)
@@ -174,7 +180,7 @@ class BoundaryParticles:
 
     def _add(self, force: np.ndarray, wrench: np.ndarray, least: int) -> None:
         b = self.count
-        walls.wrenches(self.position[:b], force[:b], self.owner[:b], self.centre, least, wrench)
+        walls.wrenches(self.position[:b], force[:b], self._counted[:b], self.centre, least, wrench)
 
     @property
     def nbytes(self) -> int:

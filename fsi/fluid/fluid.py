@@ -139,6 +139,9 @@ class Fluid:
                 pack_fluid, whole(n), self.grid.lower, state.position, state.velocity, state.pressure, xs, *packed
             )
         self.solids.pack(n, self.placed, self.dt, self.force.uniform, xs, packed)
+        held = self.halo.holds(self.solids.position[: self.solids.count])
+        if held is not None:
+            self.solids.count_only(held)
         self._kept = slice(None)
         if self._relative is not None:
             R, relative = 2 * self.dim + 1, self.relative

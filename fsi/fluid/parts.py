@@ -48,6 +48,9 @@ class BoundaryTreatment(Protocol):
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
         """Fill the rows from `first` on in xs and in each of `rows`."""
 
+    def count_only(self, held: np.ndarray) -> None:
+        """Count the forces on these boundary particles alone, True in (count,), until the next `pack`."""
+
     def find(self, fluid: CellSort, xs: np.ndarray) -> None:
         """Find the neighbours in the fluid."""
 

@@ -30,6 +30,9 @@ class NoHalo:
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         pass
 
+    def holds(self, position: np.ndarray) -> None:
+        return None
+
     def drop(self, particles: Particles) -> slice:
         return slice(None)
 
@@ -89,6 +92,10 @@ class Periodic:
         """Give the ghosts what their sources have."""
         if len(self._ghosts):
             rows[self._ghosts, columns] = rows[self._sources, columns]
+
+    def holds(self, position: np.ndarray) -> None:
+        """See `Halo`."""
+        return None
 
     def drop(self, particles: Particles) -> np.ndarray:
         """See `Halo`."""

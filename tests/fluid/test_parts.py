@@ -90,7 +90,10 @@ def test_no_two_arrays_of_the_state_share_memory(kind):
     for number in range(2):
         step(fluid, number)
     arrays = [
-        array for part in (fluid.particles, fluid.placed) for array in vars(part).values() if isinstance(array, np.ndarray)
+        array
+        for part in (fluid.particles, fluid.placed)
+        for array in vars(part).values()
+        if isinstance(array, np.ndarray)
     ]
     assert len(arrays) >= 7
     assert not any(np.shares_memory(a, b) for a, b in itertools.combinations(arrays, 2))
