@@ -145,6 +145,58 @@ class FluidLoads(Protocol):
         """Add factor times a pressure response to the pressure."""
 
 
+class Particles(Protocol):
+    """The fluid particles as a halo sees them (`fsi.particles.state.ParticleState`)."""
+
+    position: np.ndarray  # (n, dim) [m]
+    velocity: np.ndarray  # (n, dim) [m/s]
+    pressure: np.ndarray  # (n,) [Pa]
+    label: np.ndarray  # (n,) number at t = 0, -1 for a ghost
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def own(self) -> np.ndarray:
+        """True (n,) of those that are no ghosts; sums over the fluid are over these."""
+
+    def append(self, position: np.ndarray, velocity: np.ndarray, pressure: np.ndarray, label: np.ndarray) -> None: ...
+
+    def append_ghosts(self, position: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> None: ...
+
+    def keep(self, chosen: np.ndarray) -> None: ...
+
+
+class Halo(Protocol):
+    """The ghosts of a fluid: during a step they stand for particles that it does not hold at that place, such as the images of
+    its own across a periodic axis. Kernels treat them like all other particles; what a sweep computes for them is
+    overwritten by `refresh` with what their sources have.
+
+    A step calls `exchange` before the particles are sorted, `locate` after, `refresh` after every sweep whose results the next
+    one reads from neighbours, and `drop` at its end.
+    """
+
+    room: float  # memory to provide, over that for the particles at the start
+
+    def exchange(self, particles: Particles) -> int:
+        """Drop ghosts that are left, give away and take in particles that have changed sides, and append the ghosts behind all
+        others. Returns how many particles are own."""
+
+    def locate(self, order: np.ndarray, inside: int) -> int:
+        """The particles have been sorted: row r holds particle order[r], and rows below `inside` are in the domain. Returns how
+        many ghosts are in it."""
+
+    def refresh(self, rows: np.ndarray, columns: slice) -> None:
+        """Give the rows (n, ...) of the ghosts what their sources have in these columns."""
+
+    def holds(self, position: np.ndarray) -> np.ndarray | None:
+        """Which boundary particles at these places (b, dim) this fluid counts the forces on, so that several fluids that all
+        know them count each once; None for all."""
+
+    def drop(self, particles: Particles) -> np.ndarray | slice:
+        """Drop the ghosts. Returns what chooses the own particles out of the rows of the step."""
+
+
 class Coupler(Protocol):
     """How wrench and motion are exchanged in a step: one class a scheme."""
 

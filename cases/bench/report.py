@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cases.bench.block import PHASES
-from cases.bench.memory import BOUNDARY, PARTS
 from cases.bench.targets import NEIGHBOURS, yardsticks
+from fsi.fluid.fluid import MEMORY
 
 HEAD = """# Benchmark
 
@@ -161,7 +161,7 @@ def _limits(result: dict) -> list[Table]:
 def _memory(rows: list[dict]) -> Table:
     columns = {
         "numerics": text("numerics"), "total": number("bytes_per_particle", ".0f"),
-        **{part: _part("parts", part, ".0f") for part in (*PARTS, BOUNDARY)},
+        **{part: _part("parts", part, ".0f") for part in MEMORY},
         "share of fluid particles": number("fluid_share", ".2f"),
     }  # fmt: skip
     note, brief = (

@@ -12,13 +12,17 @@ from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
+from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
 from fsi.sph import columns, walls
 from fsi.sph.columns import Constants
 
+NOBODY = -1  # owner of boundary particles on which forces are counted elsewhere
+
 
 class BoundaryParticles:
-    """Boundary particles as the fluid meets them; the first `count` of b stand, whose rows follow the fluid's `first` ones.
+    """Boundary particles in layers, whose pressure is extrapolated from the fluid (Adami et al. 2012): a `BoundaryTreatment`.
+    Owns copies of them in the order of cells; the first `count` of b stand, whose rows follow the fluid's `first` ones.
 
     order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
     bodies, empty without them; shepard (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_shepard`); `drag`: the
@@ -36,9 +40,9 @@ class BoundaryParticles:
         self.first = self.count = 0
         self.order = np.empty(0, np.int32)
         self.position = np.zeros((b, dim))
-        self.velocity = self.skin = np.zeros((b, dim))
+        self.velocity, self._skin = np.zeros((b, dim)), None
         self.normal = np.empty((0, dim))
-        self.owner = np.zeros(b, np.int32)
+        self.owner = self._counted = np.zeros(b, np.int32)  # the same until `count_only`
         self.shepard, self._lift = np.zeros((b, columns.shepard(dim).width("lever")), dtype), np.zeros((b, 1), dtype)
         self._force, self._silence = np.empty((0, b, dim)), LinearResponse.none(dim, dtype)
         self.weigher = walls.make_shepard(self.lanes, dim, no_slip, dense)
@@ -48,30 +52,37 @@ class BoundaryParticles:
         self.owners, self._centre, self._twist, self._smooth = len(centre), centre, twist, smooth
         self.centre = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)  # in the axes of the fluid
 
-    def arrange(self, position: np.ndarray, scratch: np.ndarray) -> None:
-        """Find the order of cells of the boundary particles at these positions (b, dim)."""
-        if len(position):
-            self.order = self.sort.update(position, scratch)[: self.sort.inside].copy()
+    def arrange(self, placed: BoundaryState, scratch: np.ndarray) -> None:
+        """Find the order of cells of the boundary particles where they were placed."""
+        if len(placed.position):
+            self.order = self.sort.update(placed.position, scratch)[: self.sort.inside].copy()
         self.count = len(self.order)
 
-    def face(self, normal: np.ndarray) -> None:
-        """Take over the outward normals (b, dim) of the bodies, in the order of the layout."""
-        self.normal = normal[self.order]
-
-    def pack(
-        self, first: int, state: tuple[np.ndarray, ...], dt: float, body_force: np.ndarray, *rows: np.ndarray
-    ) -> None:
-        """Fill the rows from `first` on, and the arrays here, from `state`: position, velocity, skin, owner in the order of
-        the layout."""
-        self.first = first
-        if self.skin is self.velocity and state[2] is not state[1]:
-            self.skin = self.velocity.copy()
+    def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
+        """Fill the rows from `first` on, and the arrays here, from where the boundary particles were placed."""
+        self.first, self._counted = first, self.owner
+        if self._skin is None and placed.skin is not None:
+            self._skin = self.velocity.copy()
         if self.count:
-            own = self.position, self.velocity, self.skin, self.owner
-            bounds = whole(self.count)
             self.team.run(
-                pack_boundary, bounds, self.order, first, self._grid.lower, *state, *own, dt, body_force, *rows
-            )
+                pack_boundary, whole(self.count), self.order, first, self._grid.lower, placed.position, placed.velocity,
+                placed.felt, placed.owner, self.position, self.velocity, self.skin, self.owner, dt, body_force, xs, *rows,
+            )  # fmt: skip
+        if placed.normal is not None:
+            self.normal = placed.normal[self.order]
+
+    def count_only(self, held: np.ndarray) -> None:
+        """Count the forces on these boundary particles alone, True in (count,), until the next `pack`."""
+        self._counted = np.where(held, self.owner[: self.count], NOBODY).astype(np.int32)
+
+    @property
+    def skin(self) -> np.ndarray:
+        """Velocity (b, dim) that viscosity feels: `velocity` where no body is round."""
+        return self.velocity if self._skin is None else self._skin
+
+    def follow(self, placed: BoundaryState) -> None:
+        """Take over velocities that have changed since `pack`, for the wall guard."""
+        np.take(placed.velocity, self.order, axis=0, out=self.velocity[: self.count], mode="clip")
 
     def find(self, fluid: CellSort, xs: np.ndarray) -> None:
         """Find the neighbours in the fluid, of positions `xs` as in `fsi.particles.neighbours`."""
@@ -126,7 +137,7 @@ class BoundaryParticles:
             forces = self._forces(columns)
             self.team.run(
                 walls.make_force(self.lanes, self.dim, column, columns), self.near.bounds, self.near.groups, self.first,
-                rows, values, self.owner[: self.count], least, forces, self.k,
+                rows, values, self._counted[: self.count], least, forces, self.k,
             )  # fmt: skip
             for force, total in zip(forces, wrench, strict=False):
                 self._add(force, total, least)
@@ -138,7 +149,7 @@ class BoundaryParticles:
         if self._drag and self.count:
             force = self._forces(1)[0]
             self.team.run(
-                self._drag, self.near.bounds, self.near.groups, self.first, flow, self.owner[: self.count], least, force,
+                self._drag, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least, force,
                 self.k,
             )  # fmt: skip
             self._add(force, wrench, least)
@@ -169,7 +180,7 @@ class BoundaryParticles:
 
     def _add(self, force: np.ndarray, wrench: np.ndarray, least: int) -> None:
         b = self.count
-        walls.wrenches(self.position[:b], force[:b], self.owner[:b], self.centre, least, wrench)
+        walls.wrenches(self.position[:b], force[:b], self._counted[:b], self.centre, least, wrench)
 
     @property
     def nbytes(self) -> int:

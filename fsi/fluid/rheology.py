@@ -88,9 +88,9 @@ def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
 
 
 class Rheology:
-    """Viscosity of one run: the laws of its liquids and the sweeps that apply them.
-
-    `rate` (n,): shear rate [1/s] of the particles in their present order, where the scene needs it."""
+    """Viscosity of one run: the laws of its liquids and the sweeps that apply them. Owns the laws, the second copy of the rows
+    that implicit sweeps need, and `rate` (n,), the shear rate [1/s] of the particles in their present order, where the scene
+    needs it."""
 
     def __init__(self, scene: Scene, implicit: bool, lanes: int, dtype, team):
         dim, self.scene, self.team, self.dtype = scene.dimension, scene, team, dtype
@@ -111,15 +111,15 @@ class Rheology:
         self._nothing = np.empty((0, dim), dtype)
         self._twin = np.empty((0, self.columns), dtype)
 
-    def set_viscosity(self, near, flow, kind, k, periodic) -> None:
+    def set_viscosity(self, near, flow, kind, k, halo) -> None:
         """Viscosity [Pa s] of the fluid's rows in `flow`, for the liquid `kind` (n,) of each."""
         n, MU = len(kind), 2 * self.scene.dimension
         if self.shears:
             self.rate = np.empty(n, self.dtype)
             self.team.run(self._shear, near.bounds, near.groups, flow, kind, self.laws, self.rate, k)
-            periodic.mirror(flow, slice(MU, MU + 1))
         else:
             flow[:n, MU] = self.laws[kind, 0]
+        halo.refresh(flow, slice(MU, MU + 1))
 
     def resist(self, near, flow, trial, velocity, k, dt) -> None:
         """Explicit: velocity (n, dim) and the trial velocities gain dt A(u), u the velocities in `flow`."""
@@ -128,7 +128,7 @@ class Rheology:
             self.dtype(dt), self.dtype(1), self.dtype(0),
         )  # fmt: skip
 
-    def solve(self, near, boundary_near, flow, trial, velocity, walls, k, dt, periodic) -> np.ndarray:
+    def solve(self, near, boundary_near, flow, trial, velocity, walls, k, dt, halo) -> np.ndarray:
         """Implicit: velocity (n, dim) gains dt A(u) of the solution u of u = velocity + dt (A(u) + B), B the acceleration
         by the pressures in `trial`; the fluid's rows of `flow`, which is returned, become u. Without the last step's
         pressure in the equation, viscosity would hold up part of the weight (van Kan 1986). `boundary_near`: neighbours of the
@@ -143,7 +143,7 @@ class Rheology:
         if len(self._twin) != len(flow):
             self._twin = np.empty_like(flow)
         new = self._twin
-        periodic.mirror(flow, U)
+        halo.refresh(flow, U)
         new[:] = flow
         change, before = np.zeros((2, n, dim), self.dtype)
         span = 1 + dt * self.decay
@@ -154,7 +154,7 @@ class Rheology:
                 self._viscosity, near.bounds, near.groups, now, new, velocity, change, before, k, self.dtype(dt),
                 self.dtype(alpha * HIGHEST / span), self.dtype(beta),
             )  # fmt: skip
-            periodic.mirror(new, U)
+            halo.refresh(new, U)
             now, new, change, before = new, now, before, change
         self._reflect(boundary_near, now, n, walls, k)
         velocity += change - dt * push
@@ -177,6 +177,13 @@ class Rheology:
         if self.eddy:
             fields["eddy_viscosity"] = self.eddy * self.rate
         return fields
+
+    def state(self) -> dict:
+        """What is remembered between steps; the fields of the last one are in that of the fluid."""
+        return {"sweeps": self.sweeps}
+
+    def restore(self, state: dict) -> None:
+        self.sweeps = int(state["sweeps"])
 
     @property
     def nbytes(self) -> int:

@@ -1,25 +1,53 @@
-"""Periodic axes: ghosts of the particles near one end of the tank stand beyond the other end.
+"""Halos (`fsi.protocols.Halo`): none, and that of periodic axes.
 
-Ghosts are appended to the fluid before it is sorted and dropped after the corrector. In between their numbers are copied
-from their sources after every sweep, the same way in which a rank would fill its halo from its neighbours.
+On a periodic axis ghosts of the particles near one end of the tank stand beyond the other end.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from fsi.protocols import Halo, Particles
 from fsi.scene.model import Scene
 
 
+def make_halo(scene: Scene) -> Halo:
+    """The halo that a scene needs in one process."""
+    return Periodic(scene) if scene.tank.periodic else NoHalo()
+
+
+class NoHalo:
+    """No ghosts."""
+
+    room = 1.0
+
+    def exchange(self, particles: Particles) -> int:
+        return particles.count
+
+    def locate(self, order: np.ndarray, inside: int) -> int:
+        return 0
+
+    def refresh(self, rows: np.ndarray, columns: slice) -> None:
+        pass
+
+    def holds(self, position: np.ndarray) -> None:
+        return None
+
+    def drop(self, particles: Particles) -> slice:
+        return slice(None)
+
+
 class Periodic:
-    """The periodic axes of a scene's tank; `width`: how far ghosts reach beyond its ends, so that also wall particles
-    there see as much fluid as those inside."""
+    """The periodic axes of a scene's tank. Owns the rows of the ghosts and those of their sources in a step; `width`: how far
+    ghosts reach beyond its ends, so that also wall particles there see as much fluid as those inside."""
+
+    room = 1.2
 
     def __init__(self, scene: Scene):
         self.axes = [scene.tank.axes.index(name) for name in scene.tank.periodic]
         self.low, self.high = np.array(scene.tank.min), np.array(scene.tank.max)
         self.width = 4.05 * scene.smoothing_length if self.axes else 0.0
-        self.ghosts = self.sources = np.empty(0, np.int64)  # rows, valid for one step
+        self._number = self._ghosts = self._sources = np.empty(0, np.int64)
 
     def wrap(self, position: np.ndarray) -> None:
         """Bring positions (n, dim) back into the tank."""
@@ -43,17 +71,34 @@ class Periodic:
         n = len(position)
         return source[n:], everything[n:]
 
-    def link(self, order: np.ndarray, sources: np.ndarray, real: int, inside: int) -> int:
-        """Note the rows of the ghosts and of their sources: row r holds particle order[r], ghosts are those from `real`
-        on, and only rows below `inside` are in the domain. Returns the number of ghosts there."""
-        if len(sources):
-            row = np.empty(len(order), np.int64)
-            row[order] = np.arange(len(order))
-            kept = row[real:] < inside
-            self.ghosts, self.sources = row[real:][kept], row[sources][kept]
-        return len(self.ghosts)
+    def exchange(self, particles: Particles) -> int:
+        """See `Halo`."""
+        self.drop(particles)
+        self.wrap(particles.position)
+        own = particles.count
+        self._number, images = self.images(particles.position)
+        particles.append_ghosts(images, particles.velocity[self._number], particles.pressure[self._number])
+        return own
 
-    def mirror(self, rows: np.ndarray, columns: slice) -> None:
+    def locate(self, order: np.ndarray, inside: int) -> int:
+        """See `Halo`."""
+        row, own = np.empty(len(order), np.int64), len(order) - len(self._number)
+        row[order] = np.arange(len(order))
+        kept = row[own:] < inside
+        self._ghosts, self._sources = row[own:][kept], row[self._number][kept]
+        return len(self._ghosts)
+
+    def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the ghosts what their sources have."""
-        if len(self.ghosts):
-            rows[self.ghosts, columns] = rows[self.sources, columns]
+        if len(self._ghosts):
+            rows[self._ghosts, columns] = rows[self._sources, columns]
+
+    def holds(self, position: np.ndarray) -> None:
+        """See `Halo`."""
+        return None
+
+    def drop(self, particles: Particles) -> np.ndarray:
+        """See `Halo`."""
+        own = particles.own
+        particles.keep(own)
+        return own

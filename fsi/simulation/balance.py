@@ -27,12 +27,13 @@ class Balance:
         k, dim = fluid.k, fluid.dim
         self.mass = float(k.mass)
         r = np.ones(fluid.count) if fluid.relative is None else fluid.relative
-        self.kinetic = 0.5 * self.mass * float(r @ (fluid.velocity**2).sum(1))
-        self.potential = self._weight() * float(r @ fluid.position[:, -1])
-        self.momentum = self.mass * (r @ fluid.velocity)
+        summed = fluid.reductions.weighted
+        self.kinetic = 0.5 * self.mass * float(summed(r, (fluid.velocity**2).sum(1)))
+        self.potential = self._weight() * float(summed(r, fluid.position[:, -1]))
+        self.momentum = self.mass * summed(r, fluid.velocity)
         self.energy_at_start = self.kinetic + self.potential
         self.body_work = self.wavemaker_work = 0.0
-        self.volume = fluid.count * self._cell_volume()
+        self.volume = fluid.total_count * self._cell_volume()
         self.max_speed, self.dt, self.guarded = 0.0, 0.0, 0
         self.wrench = np.zeros((fluid.owners, 6))
         self.exchanged_work = self.sponge_loss = 0.0
@@ -50,7 +51,7 @@ class Balance:
     def open_audit(self) -> None:
         """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
         forces = self.fluid.wrench(viscous=True, walls=True)[:, :3]
-        self._before = self.momentum.copy(), forces, self.mass * self.fluid.driven(), self.fluid.count
+        self._before = self.momentum.copy(), forces, self.mass * self.fluid.driven(), self.fluid.total_count
 
     def close(self, sums, impulse, wrench, twist, new_twist, dt) -> None:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
@@ -123,14 +124,15 @@ class Balance:
             "exchanged_work": self.exchanged_work,
             "work_residual": self.work_residual,
             "wall_guard_stops": self.guarded,
-            "pressure_sweeps": self.fluid.sweeps,
-            "most_pressure_sweeps_in_a_step": self.fluid.most_sweeps,
-            "steps_without_converged_pressure": self.fluid.unsolved,
+            "pressure_sweeps": self.fluid.solver.sweeps,
+            "most_pressure_sweeps_in_a_step": self.fluid.solver.most_sweeps,
+            "steps_without_converged_pressure": self.fluid.solver.unsolved,
         }
 
     def series(self) -> dict:
         """All time series of the run folder at this instant."""
         fluid, scene, h = self.fluid, self.scene, self.scene.smoothing_length
+        around = fluid.reductions.around
         out = {
             "kinetic_energy": self.kinetic,
             "potential_energy": self.potential,
@@ -146,13 +148,15 @@ class Balance:
         if scene.gauges:
             points = [(g.x,) if fluid.dim == 2 else (g.x, g.y) for g in scene.gauges.values()]
             level = scene.fluid.still_water_level
-            heights = [elevation(fluid.position, np.array(p), scene.spacing, h) - level for p in points]
+            heights = [
+                elevation(*around(p, 2 * h, fluid.position), np.array(p), scene.spacing, h) - level for p in points
+            ]
             out["elevation"] = np.array(heights)
         if scene.probes:
             weight = scene.fluid.density * scene.gravity
             values = [
-                pressure_at(fluid.position, fluid.pressure_values, np.array(p.position), h, weight)
-                for p in scene.probes.values()
+                pressure_at(*around(p, 2 * h, fluid.position, fluid.pressure_values), np.array(p), h, weight)
+                for p in (probe.position for probe in scene.probes.values())
             ]
             out["pressure"] = np.array(values)
         if self.bodies:

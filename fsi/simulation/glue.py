@@ -40,14 +40,15 @@ class Glue:
         body, mass = self._body[number], float(fluid.k.mass)
         arm = np.einsum("nij,nj->ni", motion.rotation[body], self._local[number])
         held = (motion.velocity[body, :3] + np.cross(motion.velocity[body, 3:], arm))[:, self._axes]
-        lost = mass * (fluid.velocity[where] - held)
+        free, fluid.velocity[where] = fluid.velocity[where], held
+        fluid.position[where] = (motion.position[body] + arm)[:, self._axes]
+        body, arm, free, held = fluid.reductions.gathered(body, arm, free, held)
+        lost = mass * (free - held)
         place = corrector_sums(dim)
-        sums[place.kinetic] += 0.5 * mass * float((held**2).sum() - (fluid.velocity[where] ** 2).sum())
+        sums[place.kinetic] += 0.5 * mass * float((held**2).sum() - (free**2).sum())
         sums[place.momentum : place.damped] -= lost.sum(0)
         force = self._in_space(lost, 0.0)
         np.add.at(impulse, body + FIRST_BODY, np.hstack([force, np.cross(arm, force)]))
-        fluid.position[where] = (motion.position[body] + arm)[:, self._axes]
-        fluid.velocity[where] = held
 
     def _in_space(self, points: np.ndarray, elsewhere: np.ndarray | float) -> np.ndarray:
         """Points (n, 3) of points (n, dim) of the fluid; in two dimensions their y is that of `elsewhere`."""

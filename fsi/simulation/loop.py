@@ -85,7 +85,7 @@ class Simulation:
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
         self._notes += self._limits.notes
-        self._speed = float(np.sqrt((layout.velocity**2).sum(1).max(initial=0.0)))
+        self._speed = float(np.sqrt(self.fluid.reductions.largest((layout.velocity**2).sum(1))))
         self._acceleration = scene.gravity
         self._stopped = np.zeros((self.fluid.owners, 6))  # impulse of the wall guard, not yet handed to its owners
         self._passes = np.zeros(3)  # pressure updates, linear responses, most updates in a step

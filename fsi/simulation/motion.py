@@ -40,7 +40,7 @@ class Movers:
             points[:, self._axes] = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
             self._local.append((points - centre) @ motion.rotation[b])
             normals = np.zeros_like(points)
-            normals[:, self._axes] = fluid.boundary_normal[fluid.of_owner(FIRST_BODY + b)]
+            normals[:, self._axes] = fluid.placed.normal[fluid.of_owner(FIRST_BODY + b)]
             self._normal.append(normals @ motion.rotation[b])
             self._arm.append(points - centre)
             self.reach[b] = np.linalg.norm(points - centre, axis=1).max(initial=0.0)
@@ -57,7 +57,7 @@ class Movers:
                 x, u, next_u = x + shift, u + rate, next_u + next_rate
             twist[PISTON, 0], others[PISTON, 0] = u, (next_u - u) / dt
             along = np.eye(fluid.dim)[0]
-            fluid.place(PISTON, self._start + x * along, u * along)
+            fluid.placed.place(PISTON, self._start + x * along, u * along)
         if self.bodies:
             motion = self.bodies.motion()
             centre[FIRST_BODY:], twist[FIRST_BODY:] = motion.position, motion.velocity
@@ -83,7 +83,7 @@ class Movers:
         self._arm[b] = arm
         velocity, position = _velocities(twist, arm), motion.position[b] + arm
         normal = (self._normal[b] @ turn.T)[:, self._axes]
-        self.fluid.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes], skin, normal)
+        self.fluid.placed.place(FIRST_BODY + b, position[:, self._axes], velocity[:, self._axes], skin, normal)
 
     def follow(self) -> None:
         """Give the boundary particles of the bodies the velocities that the bodies have come to in the step, where they stand:
@@ -93,12 +93,12 @@ class Movers:
         for b, arm in enumerate(self._arm):
             twist = motion.velocity[b] if motion.smooth is None else motion.velocity[b] @ motion.smooth[b]
             fluid.boundary_velocity[fluid.of_owner(FIRST_BODY + b)] = _velocities(twist, arm)[:, self._axes]
-        fluid.sort_velocities()
+        fluid.solids.follow(fluid.placed)
 
     def speed(self) -> float:
         """Largest speed of a moving boundary particle [m/s]."""
         moving = self.fluid.boundary_velocity[self.fluid.of_owner(0).stop :]
-        return float(np.sqrt(np.einsum("bd,bd->b", moving, moving).max(initial=0.0)))
+        return float(np.sqrt(self.fluid.reductions.largest(np.einsum("bd,bd->b", moving, moving))))
 
 
 def _velocities(twist: np.ndarray, arm: np.ndarray) -> np.ndarray:

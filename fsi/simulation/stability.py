@@ -39,9 +39,9 @@ class Stability:
 
     def __init__(self, sim):
         self._sim, scene, fluid = sim, sim.scene, sim.fluid
-        self._started_with = fluid.count
+        self._started_with = fluid.total_count
         wave_speed = math.sqrt(scene.gravity * fluid.depth)
-        start = float(np.sqrt((fluid.velocity**2).sum(1).max(initial=0.0)))
+        start = float(np.sqrt(fluid.reductions.largest((fluid.velocity**2).sum(1))))
         self._fastest_fluid = FLUID_LIMIT * max(wave_speed, start, scene.spacing)
         self.logged: float | None = None
         self._pace = math.inf
@@ -69,7 +69,7 @@ class Stability:
             fault = "a velocity or a force is no longer finite"
         elif speed > self._fastest_fluid:
             fault = f"the fluid moves at {speed:.3g} m/s"
-        elif sim.fluid.count < 0.5 * self._started_with:
+        elif sim.fluid.total_count < 0.5 * self._started_with:
             fault = f"{sim.fluid.lost} of {self._started_with} particles have left the tank"
         else:
             return

@@ -131,5 +131,5 @@ def test_viscous_water_slows_the_spin_of_a_cylinder(tmp_path):
     sim.run(until=0.5)
     assert 0.5 < sim.bodies.motion().velocity[0, 4] < 4.9
     owned = sim.fluid.of_owner(FIRST_BODY)
-    spun = sim.fluid.boundary_skin[owned] - sim.fluid.boundary_velocity[owned]
+    spun = sim.fluid.placed.felt[owned] - sim.fluid.boundary_velocity[owned]
     assert np.linalg.norm(spun, axis=1).max() > 0.1

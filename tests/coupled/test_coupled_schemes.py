@@ -54,7 +54,7 @@ def test_the_same_acceleration_gives_the_same_pressure(tmp_path):
         acceleration = np.zeros((sim.fluid.owners, 6))
         acceleration[2, 2] = heave
         wrench = sim.fluid.pressure(acceleration)
-        found.append(np.concatenate([wrench.ravel(), sim.fluid._field[: sim.fluid.count, 2]]))
+        found.append(np.concatenate([wrench.ravel(), sim.fluid.work.field[: sim.fluid.count, 2]]))
     assert (found[0] == found[3]).all() and not np.allclose(found[0], found[1])
 
 

@@ -44,11 +44,11 @@ def test_pressure_equation_and_gradient_match_all_pairs(dim, precision, toleranc
     link = 2 / (r[:, None] + both)
     a = 2 / 1000 * volume * F * r2 / (r2 + (0.1 * h) ** 2) * link
     inside = (F * r2).sum(1) * volume / dim > 0.9
-    diagonal = fluid._coefficients[:n, DIAGONAL].astype(float)
+    diagonal = fluid.work.coefficients[:n, DIAGONAL].astype(float)
     assert np.abs(diagonal - a.sum(1))[inside].max() <= 10 * tolerance * diagonal.max()
-    trial = fluid._trial[: n + fluid.solids.count, dim].astype(float)
-    expected = (a @ trial - fluid._coefficients[:n, SOURCE]) / diagonal
-    p = fluid._field[: n + fluid.solids.count, dim].astype(float)
+    trial = fluid.work.trial[: n + fluid.solids.count, dim].astype(float)
+    expected = (a @ trial - fluid.work.coefficients[:n, SOURCE]) / diagonal
+    p = fluid.work.field[: n + fluid.solids.count, dim].astype(float)
     assert np.abs(p[:n] - expected).max() <= 20 * tolerance * np.abs(p).max()
     before = fluid.velocity.copy()
     between = (both * p[:n, None] + r[:, None] * p[None]) * link / r[:, None]
@@ -85,10 +85,10 @@ def test_responses_between_liquids_are_exact():
     push = np.zeros((1, 3, 6))
     push[0, 2] = [0.3, 0, -0.2, 0, 0.5, 0]
     resting, fields, wrenches = fluid.respond(0 * push[0], push)
-    at_rest = fluid._field[:, 2].copy()
+    at_rest = fluid.work.field[:, 2].copy()
     pushed = fluid.pressure(push[0])
     n = fields.shape[1]
-    assert np.allclose(fluid._field[:n, 2] - at_rest[:n], fields[0], atol=1e-9 * np.abs(fields).max())
+    assert np.allclose(fluid.work.field[:n, 2] - at_rest[:n], fields[0], atol=1e-9 * np.abs(fields).max())
     assert np.allclose(pushed - resting, wrenches[0], atol=1e-9 * np.abs(wrenches).max())
 
 

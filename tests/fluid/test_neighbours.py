@@ -26,7 +26,7 @@ def test_every_pair_is_found_once(dim, count, precision):
     fluid = random_fluid(dim, precision, count, boundary=True)
     n, support = fluid.count, 2 * fluid.scene.smoothing_length
     points = np.concatenate([fluid.position, fluid.solids.position[: fluid.solids.count]])
-    for near, first, kinds in ((fluid._near, 0, 2), (fluid.solids.near, n, 1)):
+    for near, first, kinds in ((fluid.near, 0, 2), (fluid.solids.near, n, 1)):
         seen = []
         for s, e, wet, solid in lists(near):
             assert (wet < n).all() and (solid >= n).all()
@@ -59,7 +59,7 @@ def test_walls_that_were_dry_get_their_lists_when_water_comes():
     """A chunk that needed no room in the last step, and more than the slack in this one."""
     fluid = random_fluid(3, "single", 18, boundary=True)
     before = [np.concatenate(group[2:]) for group in lists(fluid.solids.near)]
-    for near in (fluid._near, fluid.solids.near):
+    for near in (fluid.near, fluid.solids.near):
         near._need[:] = 0.0
     fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
     after = [np.concatenate(group[2:]) for group in lists(fluid.solids.near)]

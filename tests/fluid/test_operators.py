@@ -38,11 +38,11 @@ def test_predictor_matches_all_pairs(dim, precision, tolerance):
     close((fluid.velocity - before) / fluid.dt, expected, 20 * tolerance)
     deficit = 1 - W.sum(1) / lattice.density
     compressed = deficit < 0  # elsewhere the gate of the free surface reduces it
-    close(fluid._coefficients[:n, DEFICIT][compressed], deficit[compressed], 100 * tolerance)
+    close(fluid.work.coefficients[:n, DEFICIT][compressed], deficit[compressed], 100 * tolerance)
     own = 2 / 1000 * volume * a.sum(1)
     inside = (F * r2).sum(1) * volume / dim > 0.9
-    close(fluid._coefficients[:n, DIAGONAL][inside], own[inside], tolerance)
-    assert (fluid._coefficients[:n, DIAGONAL] >= own * (1 - tolerance)).all()
+    close(fluid.work.coefficients[:n, DIAGONAL][inside], own[inside], tolerance)
+    assert (fluid.work.coefficients[:n, DIAGONAL] >= own * (1 - tolerance)).all()
 
 
 @pytest.mark.parametrize("dim, precision, tolerance", CASES)
@@ -52,7 +52,7 @@ def test_corrector_applies_the_symmetric_gradient(dim, precision, tolerance):
     fluid.pressure(REST)
     before = fluid.velocity.copy()
     x, _, F, _ = pairs(fluid)
-    p = fluid._field[: fluid.count + fluid.solids.count, dim].astype(float)
+    p = fluid.work.field[: fluid.count + fluid.solids.count, dim].astype(float)
     total = p[: fluid.count, None] + p[None]
     expected = 0.1**dim / 1000 * ((total * F)[..., None] * x).sum(1)
     fluid.correct()
@@ -102,11 +102,11 @@ def test_responses_are_the_exact_changes_of_pressure_and_wrench(solver, sweeps):
     pushes[0, 2] = [0.3, 0, -0.2, 0, 0.5, 0]
     pushes[1, 2] = [0.0, 0, 1.0, 0, 0.0, 0]
     resting, fields, wrenches = fluid.respond(0 * pushes[0], pushes)
-    at_rest = fluid._field[:, 2].copy()
+    at_rest = fluid.work.field[:, 2].copy()
     for push, field, wrench in zip(pushes, fields, wrenches, strict=True):
         pushed = fluid.pressure(push)
         n = len(field)
-        assert np.allclose(fluid._field[:n, 2] - at_rest[:n], field, atol=1e-9 * np.abs(field).max())
+        assert np.allclose(fluid.work.field[:n, 2] - at_rest[:n], field, atol=1e-9 * np.abs(field).max())
         assert np.allclose(pushed - resting, wrench, atol=1e-9 * np.abs(wrench).max())
 
 

@@ -35,8 +35,8 @@ def test_a_rotating_solid_has_no_strain_and_shear_has_its_own(dim, boundary):
     linear_flow(fluid, shear)
     assert np.allclose(fluid.rheology.rate, 3.0, rtol=1e-9)
     eddy = (0.12 * 0.1) ** 2 * 3.0
-    assert np.allclose(fluid.rheology.fields(fluid._flow, fluid.count)["eddy_viscosity"], eddy, rtol=1e-9)
-    assert np.allclose(fluid._flow[: fluid.count, 2 * dim], 1000 * (0.1 + eddy), rtol=1e-9)
+    assert np.allclose(fluid.rheology.fields(fluid.work.flow, fluid.count)["eddy_viscosity"], eddy, rtol=1e-9)
+    assert np.allclose(fluid.work.flow[: fluid.count, 2 * dim], 1000 * (0.1 + eddy), rtol=1e-9)
 
 
 def test_strain_of_a_pure_straining_flow():
@@ -49,7 +49,7 @@ def test_plastic_viscosity_follows_the_shear_rate():
     for rate in (0.0, 1e-3, 1.0, 50.0):
         linear_flow(fluid, [[0.0, rate], [0.0, 0.0]])
         expected = 1.0 + 999.0 / (1 + 50.0 * rate)
-        assert np.allclose(fluid._flow[: fluid.count, 4], expected, rtol=1e-7)
+        assert np.allclose(fluid.work.flow[: fluid.count, 4], expected, rtol=1e-7)
     assert expected * rate == pytest.approx(20.0 + rate, rel=0.01)  # the plastic's stress
 
 
@@ -62,7 +62,7 @@ def test_varying_viscosity_keeps_momentum(dim, precision, tolerance, how):
     fluid.predict()
     size = np.abs(fluid.velocity).sum()
     assert np.abs(fluid.velocity.sum(0) - before).max() <= tolerance * size
-    assert np.ptp(fluid._flow[: fluid.count, 2 * dim]) > 1.0
+    assert np.ptp(fluid.work.flow[: fluid.count, 2 * dim]) > 1.0
 
 
 @pytest.mark.parametrize("dim, precision, tolerance", [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5)])

@@ -30,7 +30,7 @@ def step(fluid: Fluid, wall_speed=0.0) -> None:
     fluid.boundary_velocity[:, -1] = wall_speed
     fluid.begin(STEP, np.zeros((2, 3)), np.zeros((2, 6)))
     if fluid.scene.numerics.shifting:
-        fluid._coefficients[:, SUPPORT] = 1.0  # as inside the fluid
+        fluid.work.coefficients[:, SUPPORT] = 1.0  # as inside the fluid
     before = fluid.velocity.sum(0)
     _, impulse = fluid.correct()
     given = impulse[1, [0, 2]] if fluid.position.shape[1] == 2 else impulse[1, :3]

@@ -123,7 +123,7 @@ unused = {f"fsi.waves.kinds.{name}" for name in ("irregular", "solitary", "packe
 assert not unused & set(sys.modules), unused & set(sys.modules)
 
 fluid = sim.fluid
-used = {fluid._predictor, fluid._source, fluid._corrector, fluid.solids.weigher,
+used = {fluid._predictor, fluid.solver.source, fluid._corrector, fluid.solids.weigher,
         pressure.make_sweep(fluid.lanes, 2, False, 0), walls.make_extrapolation(fluid.lanes, 2, 0)}
 assert all(len(kernel.signatures) == 1 for kernel in used)
 assert fluid._predictor is predictor.make_predictor(fluid.lanes, 2, "none", False, False, False, True)  # no viscosity, no shift
@@ -133,7 +133,8 @@ for factory, made in ((predictor.make_predictor, 1), (corrector.make_corrector, 
                       (pressure.make_onset, 0), (walls.make_shepard, 1), (walls.make_extrapolation, 1),
                       (walls.make_force, 0), (walls.make_drag, 0)):
     assert factory.cache_info().currsize == made, factory
-assert fluid._responses == [] and fluid.rheology is None and fluid._relative is None
+assert fluid.memory["responses"] == 0 and fluid.rheology is None and fluid._relative is None
+assert fluid.work.flow is fluid.work.trial and type(fluid.halo).__name__ == "NoHalo"
 """
 
 

@@ -1,0 +1,147 @@
+"""What is known of the particles from one step to the next: of those of the fluid, and of those of the boundary.
+
+No two of these arrays share memory.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsi.compute.team import Team
+from fsi.particles.cells import whole
+from fsi.particles.layout import Layout
+from fsi.particles.rows import gather
+
+GHOST = -1  # label of a particle that stands for one elsewhere, see `fsi.protocols.Halo`
+
+
+class ParticleState:
+    """The fluid particles. Owns position, velocity (n, dim) [m, m/s] in double precision, pressure (n,) [Pa] in that of the
+    sweeps, label (n,) int32, the number of each at t = 0 or GHOST, and the spare memory that they are put in order with. They
+    are in the order of cells, once they have been sorted."""
+
+    NAMES = ("position", "velocity", "pressure", "label")
+
+    def __init__(self, layout: Layout, dtype, team: Team):
+        self._team = team
+        self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
+        self.pressure = layout.pressure.astype(dtype)
+        self.label = np.arange(len(layout.position), dtype=np.int32)
+        self._spare: dict[tuple, np.ndarray] = {}
+
+    @property
+    def count(self) -> int:
+        """Particles, ghosts included while there are any."""
+        return len(self.position)
+
+    @property
+    def own(self) -> np.ndarray:
+        """True (n,) of those that are no ghosts."""
+        return self.label >= 0
+
+    def reorder(self, order: np.ndarray, count: int) -> None:
+        """Keep the first `count` particles in this order (n,), the number of the particle at each new place."""
+        for name in self.NAMES:
+            setattr(self, name, self._in_order(getattr(self, name), order, count))
+
+    def append(self, position: np.ndarray, velocity: np.ndarray, pressure: np.ndarray, label: np.ndarray) -> None:
+        """Append particles, behind all others."""
+        for name, more in zip(self.NAMES, (position, velocity, pressure, label), strict=True):
+            setattr(self, name, np.concatenate([getattr(self, name), more]))
+
+    def append_ghosts(self, position: np.ndarray, velocity: np.ndarray, pressure: np.ndarray) -> None:
+        self.append(position, velocity, pressure, np.full(len(position), GHOST, self.label.dtype))
+
+    def keep(self, chosen: np.ndarray) -> None:
+        """Keep the chosen particles, True in (n,), and drop the others."""
+        for name in self.NAMES:
+            setattr(self, name, getattr(self, name)[chosen])
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Copies of all arrays, for `restore`."""
+        return {name: getattr(self, name).copy() for name in self.NAMES}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from `state`, bit for bit."""
+        for name in self.NAMES:
+            setattr(self, name, np.array(state[name], getattr(self, name).dtype))
+
+    def _in_order(self, values: np.ndarray, order: np.ndarray, count: int) -> np.ndarray:
+        """The first `count` values in this order, in the spare array of their size; the old array is the next spare."""
+        bits = values.view(f"u{values.itemsize}")
+        kind = bits.dtype, bits.shape[1:]
+        spare = self._spare.get(kind)
+        if spare is None or len(spare) < len(bits):
+            spare = np.empty_like(bits)
+        if count:
+            self._team.run(gather, whole(count), order, bits.reshape(len(bits), -1), spare.reshape(len(spare), -1))
+        self._spare[kind] = bits
+        return spare[:count].view(values.dtype)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the particles [B]."""
+        return sum(_whole_size(getattr(self, name)) for name in self.NAMES)
+
+    @property
+    def spare_nbytes(self) -> int:
+        """Memory to sort into [B]."""
+        return sum(map(_whole_size, self._spare.values()))
+
+
+class BoundaryState:
+    """The boundary particles as they were placed last. Owns position, velocity (b, dim), owner (b,) in ascending order, normal
+    (b, dim), outward, of bodies, 0 elsewhere, None without bodies, and `skin` (b, dim), the velocity that viscosity feels,
+    None where that is `velocity` (`BodyMotion.smooth`). All are in the order of the layout, for the whole run."""
+
+    NAMES = ("position", "velocity", "owner", "normal", "skin")
+
+    def __init__(self, layout: Layout):
+        self.position, self.owner = layout.boundary.copy(), layout.owner.copy()
+        self.velocity = np.zeros_like(self.position)
+        self.normal = None if layout.normal is None else layout.normal.copy()
+        self.skin: np.ndarray | None = None
+
+    @property
+    def felt(self) -> np.ndarray:
+        """Velocity (b, dim) that viscosity feels."""
+        return self.velocity if self.skin is None else self.skin
+
+    def of_owner(self, owner: int) -> slice:
+        """Boundary particles of an owner."""
+        return slice(*np.searchsorted(self.owner, [owner, owner + 1]))
+
+    def place(
+        self, owner: int, position: np.ndarray, velocity: np.ndarray, skin: np.ndarray | None = None,
+        normal: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
+        """Move the boundary particles of an owner: position and velocity (b, dim), `skin` where viscosity feels another
+        velocity, and their normals where they turn."""
+        chosen = self.of_owner(owner)
+        self.position[chosen], self.velocity[chosen] = position, velocity
+        if normal is not None:
+            self.normal[chosen] = normal
+        if skin is not None and self.skin is None:
+            self.skin = self.velocity.copy()
+        if self.skin is not None:
+            self.skin[chosen] = velocity if skin is None else skin
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Copies of all arrays that there are, for `restore`."""
+        return {name: a.copy() for name in self.NAMES if (a := getattr(self, name)) is not None}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from `state`, bit for bit."""
+        for name in self.NAMES:
+            setattr(self, name, np.array(state[name]) if name in state else None)
+
+    @property
+    def nbytes(self) -> int:
+        return sum(a.nbytes for name in self.NAMES if (a := getattr(self, name)) is not None)
+
+
+def _whole_size(array: np.ndarray) -> int:
+    """Size [B] of the memory that an array is part of."""
+    while isinstance(array.base, np.ndarray):
+        array = array.base
+    return array.nbytes
