@@ -27,12 +27,13 @@ HOUSE = Path(__file__).parents[1]
 ALWAYS = (HOUSE / "compute", HOUSE / "sph")
 
 
-def compiled(*variant):
-    """Compile a kernel closed over these constants, cached on disk, without the GIL; sums may be reordered."""
+def compiled(*variant, bare: bool = False):
+    """Compile a kernel closed over these constants, cached on disk, without the GIL; sums may be reordered. A `bare` one
+    allocates nothing, and so counts no references to arrays, which costs as much as a dozen neighbours."""
 
     def decorate(function):
         _name(function, variant)
-        return njit(**FAST)(function)
+        return njit(**FAST, _nrt=not bare)(function)
 
     return decorate
 
@@ -49,7 +50,7 @@ def helper(*variant, inline: bool = False):
 
     def decorate(function):
         _name(function, variant)
-        return register_jitable(forceinline=inline)(function)
+        return register_jitable(inline="always" if inline else "never")(function)
 
     return decorate
 

@@ -18,6 +18,7 @@ from numba.core import cgutils, types
 from numba.core.imputils import impl_ret_borrowed, lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
+from numba.np.arrayobj import populate_array
 
 RELAXED = ("contract", "nsz", "arcp", "nnan", "ninf", "reassoc")  # float rules of the pair sums
 I32, I64 = ir.IntType(32), ir.IntType(64)
@@ -355,10 +356,26 @@ def _parts(sums):
 
 
 @_lane_op
-def numbers_in(typing, sums):
-    """How many numbers a tuple of Lanes and Spatial holds."""
-    total = sum(part.lanes.n * part.dim if isinstance(part, Spatial) else part.n for part in sums)
-    return types.intp(sums), lambda context, builder, sig, args: ir.Constant(I64, total)
+def room_for(typing, sums):
+    """A flat array on the stack for `store_all` of such a tuple."""
+    numbers = sum(part.lanes.n * part.dim if isinstance(part, Spatial) else part.n for part in sums)
+    (_, _, lanes), *_ = _parts(sums)
+    out = types.Array(lanes.dtype, 1, "C")
+
+    def gen(context, builder, sig, args):
+        return _stack_array(context, builder, out, numbers)
+
+    return out(sums), gen
+
+
+def _stack_array(context, builder, kind, numbers):
+    """An array of this type that nobody counts references to."""
+    element = context.get_value_type(kind.dtype)
+    data = cgutils.alloca_once(builder, element, size=numbers)
+    array = context.make_array(kind)(context, builder)
+    size, step = ir.Constant(I64, numbers), ir.Constant(I64, context.get_abi_sizeof(element))
+    populate_array(array, data=data, shape=[size], strides=[step], itemsize=step, meminfo=None)
+    return array._getvalue()
 
 
 @_lane_op

@@ -25,10 +25,8 @@ import inspect
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from fsi.compute.jit import compiled, helper
-from fsi.compute.lanes import at, claim, lane_of, numbers_in, pick, store_all
+from fsi.compute.lanes import at, claim, lane_of, room_for, store_all
 
 FLUID, WALLS, ALL = (0, 1), (1, 2), (0, 2)  # parts of a list, as columns of the span of its group
 # Besides its arguments, a kernel's functions may ask for: the number of the chunk, the part of the list `neighbours` that
@@ -54,132 +52,75 @@ def over_pairs(
 
     where(s, e, ...): whether the group of rows s to e is summed up; the other groups take the sum `otherwise`, or none.
     start(chunk, ...): called before the groups of each chunk. scratch(): arrays that a thread keeps for `finish`."""
-    make = _Maker(name, variant, takes.split())
-    work, room = make.work(sum, "")
-    other_work, other_room = make.work(otherwise, "other") if otherwise else (work, room)
-    choose = make.function(where or (lambda s, e: True), "where", 2)
-    begin = make.function(start or (lambda chunk: None), "start", 1)
-    make_scratch = helper(*make.variant("scratch"), inline=True)(scratch or (lambda: ()))
-    first = pick(make.names(sum.empty, 0)[1][:1])
-    chosen, alternative = where is not None, otherwise is not None
-
-    def loop(counter, bounds, groups, *args):
-        offset, count, group, span, list_offset, lst = groups
-        buffer = np.empty(max(room(args), other_room(args)), first((), args)[0].dtype)
-        extra = make_scratch()
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            begin(c, (), args)
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                place = c, base + span[g, 1], base + span[g, 2], lst, extra
-                if chosen:
-                    if choose(s, e, place, args):
-                        work(s, e, g, base, span, lst, buffer, place, args)
-                    elif alternative:
-                        other_work(s, e, g, base, span, lst, buffer, place, args)
-                else:
-                    work(s, e, g, base, span, lst, buffer, place, args)
-
-    loop.__name__, loop.__module__ = name, sum.finish.__module__
-    return compiled(*variant)(loop)
+    text = _Text(name, variant, takes.split())
+    work = text.work(sum, "a")
+    if where:
+        work = f"if {text.call(where, 'where', 's', 'e')}:\n{_indented(work)}"
+        work += f"else:\n{_indented(text.work(otherwise, 'b'))}" if otherwise else ""
+    lines = LOOP.format(
+        name=name,
+        takes=", ".join(takes.split()),
+        buffers="".join(text.buffers),
+        scratch=f"scratch = {text.call(scratch, 'scratch')}\n" if scratch else "",
+        start=f"{text.call(start, 'start', 'c')}\n" if start else "",
+        work=_indented(work, 3).lstrip(),
+    )
+    scope = dict(text.functions)
+    exec(compile("\n".join(line for line in lines.splitlines() if line.strip()), __file__, "exec"), scope)
+    loop = scope[name]
+    loop.__module__ = sum.finish.__module__
+    return compiled(*variant, bare=True)(loop)
 
 
-class _Maker:
-    """Turns the functions of a kernel into helpers that take all its arguments and hand on those that each names."""
+LOOP = """
+def {name}(counter, bounds, groups, {takes}):
+    offset, count, group, span, neighbour_offset, neighbours = groups
+    {buffers}
+    {scratch}
+    while True:
+        chunk = c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        base = neighbour_offset[c]
+        {start}
+        for g in range(offset[c], offset[c] + count[c]):
+            s, e = group[g], group[g + 1]
+            walls_from, walls_to = base + span[g, 1], base + span[g, 2]
+            {work}
+"""
+
+
+def _indented(text: str, by: int = 1) -> str:
+    return "".join(f"{'    ' * by * bool(line)}{line}\n" for line in text.splitlines())
+
+
+class _Text:
+    """Writes the loop out, so that each function of a kernel is called with just the arguments that it names; they are inlined
+    as they stand, and the compiler sees one plain loop."""
 
     def __init__(self, name: str, variant: tuple, takes: list[str]):
         self._name, self._variant, self._takes = name, variant, takes
-        self._made = {}  # a function may serve two sums
+        self.functions = {"claim": claim, "at": at, "store_all": store_all, "lane_of": lane_of, "room_for": room_for}
+        self.buffers: list[str] = []
 
-    def variant(self, role: str) -> tuple:
-        return self._name, role, *self._variant
+    def call(self, function: Callable, role: str, *given: str) -> str:
+        """The text of a call with the `given` arguments in front."""
+        named = list(inspect.signature(function).parameters)[len(given) :]
+        unknown = [name for name in named if name not in (*self._takes, *PLACE)]
+        if unknown:
+            raise TypeError(f"{self._name}: {function.__name__} names {unknown}, but the kernel takes {self._takes}")
+        self.functions[role] = helper(self._name, role, *self._variant, inline=True)(function)
+        return f"{role}({', '.join([*given, *named])})"
 
-    def names(self, function: Callable, given: int) -> tuple[list[str], tuple]:
-        """The arguments that a function names after the `given` ones, and where they are."""
-        names = list(inspect.signature(function).parameters)[given:]
-        try:
-            return names, tuple((0, PLACE.index(n)) if n in PLACE else (1, self._takes.index(n)) for n in names)
-        except ValueError:
-            raise TypeError(
-                f"{self._name}: {function.__name__} names {names}, but the kernel takes {self._takes}"
-            ) from None
-
-    def function(self, function: Callable, role: str, given: int) -> Callable:
-        """function(given ..., place, args)"""
-        if function not in self._made:
-            chosen = pick(self.names(function, given)[1])
-            inner = helper(*self.variant(role), inline=True)(function)
-            call = _handing_on(inner, chosen, given)
-            call.__module__ = function.__module__
-            self._made[function] = helper(*self.variant(role), inline=True)(call)
-        return self._made[function]
-
-    def work(self, sum: Sum, role: str) -> tuple[Callable, Callable]:
-        """Sums up a group, and the room [numbers] that its sums take."""
-        hold = self.function(sum.hold, role + "hold", 1)
-        empty = self.function(sum.empty, role + "empty", 0)
-        add = self.passes(sum.passes, role)
-        after = self.function(sum.after or (lambda sums, mine: sums), role + "after", 2)
-        finish = self.function(sum.finish, role + "finish", 2)
-
-        def work(s, e, g, base, span, lst, buffer, place, args):
-            mine = hold(s, place, args)
-            sums = after(add(empty(place, args), mine, g, base, span, lst, args), mine, place, args)
-            store_all(buffer, sums)
-            for i in range(s, e):
-                finish(i, lane_of(buffer, i - s, sums), place, args)
-
-        def room(args):
-            return numbers_in(empty((), args))
-
-        work.__module__ = room.__module__ = sum.finish.__module__
-        variant = self.variant(role)
-        return helper(*variant, inline=True)(work), helper(*variant, inline=True)(room)
-
-    def passes(self, passes: tuple, role: str) -> Callable:
-        """The sums with the neighbours of each pass, one pass after the other."""
-        if not passes:
-
-            def add(sums, mine, g, base, span, lst, args):
-                return sums
-
-        else:
-            ((FIRST, LAST), pair), *others = passes
-            pair = self.function(pair, f"{role}pair{len(passes)}", 3)
-            rest = self.passes(tuple(others), role)
-
-            def add(sums, mine, g, base, span, lst, args):
-                for n in range(base + span[g, FIRST], base + span[g, LAST]):
-                    sums = pair(sums, mine, at(lst, n), (), args)
-                return rest(sums, mine, g, base, span, lst, args)
-
-        return helper(*self.variant(f"{role}pass{len(passes)}"), inline=True)(add)
-
-
-def _handing_on(inner: Callable, chosen: Callable, given: int) -> Callable:
-    """`inner` with its first arguments as they are, and those chosen of the others."""
-    if given == 0:
-
-        def call(place, args):
-            return inner(*chosen(place, args))
-
-    elif given == 1:
-
-        def call(a, place, args):
-            return inner(a, *chosen(place, args))
-
-    elif given == 2:
-
-        def call(a, b, place, args):
-            return inner(a, b, *chosen(place, args))
-
-    else:
-
-        def call(a, b, c, place, args):
-            return inner(a, b, c, *chosen(place, args))
-
-    return call
+    def work(self, sum: Sum, role: str) -> str:
+        """The text that sums up the group g."""
+        empty = self.call(sum.empty, f"{role}_empty")
+        self.buffers.append(f"{role}_buffer = room_for({empty})\n    ")
+        text = f"mine = {self.call(sum.hold, f'{role}_hold', 's')}\nsums = {empty}\n"
+        for n, ((first, last), pair) in enumerate(sum.passes):
+            call = self.call(pair, f"{role}_pair{n}", "sums", "mine", "at(neighbours, n)")
+            text += f"for n in range(base + span[g, {first}], base + span[g, {last}]):\n    sums = {call}\n"
+        if sum.after:
+            text += f"sums = {self.call(sum.after, f'{role}_after', 'sums', 'mine')}\n"
+        finish = self.call(sum.finish, f"{role}_finish", "i", f"lane_of({role}_buffer, i - s, sums)")
+        return text + f"store_all({role}_buffer, sums)\nfor i in range(s, e):\n    {finish}\n"

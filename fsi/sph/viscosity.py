@@ -28,6 +28,7 @@ from fsi.sph.terms import (
     slope,
     viscous,
 )
+from fsi.sph.walls import belongs
 
 WELL_SPREAD = (
     0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
@@ -240,7 +241,7 @@ def make_drag(lanes: int, dim: int):
     X, U, MU = columns.flow(dim).of("x u mu")
 
     def where(s, e, first, owner, least):
-        return owner[s - first : e - first].max() >= least
+        return belongs(owner, s - first, e - first, least)
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)

@@ -18,6 +18,15 @@ from fsi.sph.pressure import touches
 from fsi.sph.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
 
+@helper()
+def belongs(owner, start, end, least):
+    """Whether one of these boundary particles has an owner from `least` on."""
+    found = False
+    for b in range(start, end):
+        found |= owner[b] >= least
+    return found
+
+
 @cache
 def make_shepard(lanes: int, dim: int, no_slip: bool, dense: bool):
     """Once a step: the sums over the fluid around each boundary particle that interpolation divides by (Shepard 1968), sum W
@@ -63,7 +72,7 @@ def make_drag(lanes: int, dim: int):
     X, U = columns.flow(dim).of("x u")
 
     def where(s, e, first, owner, least):
-        return owner[s - first : e - first].max() >= least
+        return belongs(owner, s - first, e - first, least)
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
@@ -202,7 +211,7 @@ def make_force(lanes: int, dim: int, column: int, pressures: int):
     (X,) = columns.field(dim).of("x")
 
     def where(s, e, first, owner, least):
-        return owner[s - first : e - first].max() >= least
+        return belongs(owner, s - first, e - first, least)
 
     def hold(s, rows, values):
         return own_vector(rows, s, X, L, DIM), own_vector(values, s, P, L, M)
