@@ -9,13 +9,12 @@ rows, `other_*` gives one neighbour's numbers to all lanes. Indices must not be 
 from __future__ import annotations
 
 import operator
-from functools import cache
 
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
 from numba.core import cgutils, types
-from numba.core.imputils import impl_ret_borrowed, lower_builtin
+from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 from numba.np.arrayobj import populate_array
@@ -415,24 +414,6 @@ def lane_of(typing, array, lane, sums):
         return context.make_tuple(builder, out, values)
 
     return out(array, types.intp, sums), gen
-
-
-@cache
-def pick(chosen: tuple[tuple[int, int], ...]):
-    """`choose(place, args)`: the elements (which of the two tuples, index) of them, as a tuple."""
-
-    def choose(typing, place, args):
-        given = place, args
-        out = types.Tuple([given[t][n] for t, n in chosen])
-
-        def gen(context, builder, sig, values):
-            elements = [builder.extract_value(values[t], n) for t, n in chosen]
-            return impl_ret_borrowed(context, builder, out, context.make_tuple(builder, out, elements))
-
-        return out(place, args), gen
-
-    choose.__name__ = "pick_" + "_".join(f"{t}{n}" for t, n in chosen)
-    return _lane_op(choose)
 
 
 # ---------------------------------------------------------------------------------------------- compaction, claims

@@ -51,7 +51,8 @@ def over_pairs(
     """The kernel `name` of this variant.
 
     where(s, e, ...): whether the group of rows s to e is summed up; the other groups take the sum `otherwise`, or none.
-    start(chunk, ...): called before the groups of each chunk. scratch(): arrays that a thread keeps for `finish`."""
+    start(chunk, ...): called before the groups of each chunk. scratch(): arrays that a thread keeps for `finish`;
+    without it no function may make an array."""
     text = _Text(name, variant, takes.split())
     work = text.work(sum, "a")
     if where:
@@ -61,7 +62,7 @@ def over_pairs(
         name=name,
         takes=", ".join(takes.split()),
         buffers="".join(text.buffers),
-        scratch=f"scratch = {text.call(scratch, 'scratch')}\n" if scratch else "",
+        scratch=f"scratch = {text.call(scratch, 'make_scratch')}\n" if scratch else "",
         start=f"{text.call(start, 'start', 'c')}\n" if start else "",
         work=_indented(work, 3).lstrip(),
     )
@@ -69,7 +70,7 @@ def over_pairs(
     exec(compile("\n".join(line for line in lines.splitlines() if line.strip()), __file__, "exec"), scope)
     loop = scope[name]
     loop.__module__ = sum.finish.__module__
-    return compiled(*variant, bare=True)(loop)
+    return compiled(*variant, bare=scratch is None)(loop)
 
 
 LOOP = """
