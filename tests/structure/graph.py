@@ -170,8 +170,8 @@ def picture(root: Path, file: Path) -> None:
         for target in targets:
             bend = f"arc3,rad={0.0 if level[node] - level[target] == 1 else 0.1}"
             ends = {"patchA": boxes[node].get_bbox_patch(), "patchB": boxes[target].get_bbox_patch()}
-            line = {"arrowstyle": "-|>", "color": "0.5", "shrinkA": 1, "shrinkB": 2, "lw": 1.2, "connectionstyle": bend}
-            axes.annotate("", places[target], places[node], zorder=1, arrowprops=line | ends)
+            line = {"arrowstyle": "-|>", "mutation_scale": 14, "color": "0.4", "lw": 1.2, "connectionstyle": bend}
+            axes.annotate("", places[target], places[node], zorder=3, arrowprops=line | ends)
     axes.axis("off")
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, bbox_inches="tight", dpi=110, metadata={"Date": None} if file.suffix == ".svg" else None)

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from typer.testing import CliRunner
 
 from cases.validation.engine import defaults
 from cases.validation.engine.case import Case, Measure, Row
-from cases.validation.engine.registry import NAMES, choose, load
+from cases.validation.engine.registry import MODULES, NAMES, choose, load
 from cases.validation.engine.report import cells, headings, order, orders, seconds, shown, table
 from cases.validation.engine.runner import run_case, scene_of
 from cases.validation.engine.solvers import SOLVERS
@@ -292,3 +293,8 @@ def test_cheap_cases_give_all_their_errors(name):
     found, reason = run_case(load(name), "coarse", "chebyshev6", threads=1)
     assert reason == ""
     assert set(found.error) == set(found.target) and None not in found.error.values()
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_names_and_cases_of_a_module_agree(module):
+    assert set(import_module(f"cases.validation.{module}").CASES) == set(MODULES[module])
