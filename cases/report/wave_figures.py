@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsi.errors import SceneError
-from fsi.scene.check_waves import water_depth
+from fsi.scene.geometry import wave_depth
 from fsi.scene.model import Scene
 from fsi.waves import wavenumber
 
@@ -80,7 +80,7 @@ def settled(scene: Scene, place: float) -> float:
     if waves is None or period is None:
         return 0.0
     ramp = getattr(waves, "ramp", None)
-    speed = group_speed(2 * math.pi / period, water_depth(scene), scene.gravity)
+    speed = group_speed(2 * math.pi / period, wave_depth(scene), scene.gravity)
     return (2 * period if ramp is None else ramp) + max(place - scene.tank.min[0], 0.0) / speed
 
 
@@ -95,7 +95,7 @@ def wave_period(scene: Scene) -> float | None:
 
 def is_regular(scene: Scene) -> bool:
     """Whether the scene's waves are one linear wave that goes on for the whole run."""
-    return scene.waves is not None and len(scene.waves.linear_waves(water_depth(scene), scene.gravity)) == 1
+    return scene.waves is not None and len(scene.waves.linear_waves(wave_depth(scene), scene.gravity)) == 1
 
 
 def window(data, scene: Scene, start: float | None = None):
@@ -158,9 +158,9 @@ def _incident(part, scene: Scene, period: float | None) -> complex:
     """Complex amplitude [m] of a regular wave of the piston at the first body, by linear theory; 0 for other waves."""
     if period is None or not is_regular(scene) or "body_position" not in part:
         return 0.0
-    k = wavenumber(2 * math.pi / period, water_depth(scene), scene.gravity)
+    k = wavenumber(2 * math.pi / period, wave_depth(scene), scene.gravity)
     place = float(part.body_position.sel(axis="x").values[:, 0].mean()) - scene.tank.min[0]
-    [(height, _)] = scene.waves.linear_waves(water_depth(scene), scene.gravity)
+    [(height, _)] = scene.waves.linear_waves(wave_depth(scene), scene.gravity)
     return 0.5 * height * np.exp(-1j * k * place)
 
 
@@ -181,7 +181,7 @@ def _power(part, scene: Scene, period: float | None, width: float | None) -> Ite
 def incident_power(scene: Scene) -> float | None:
     """Power of the scene's waves per metre of crest by linear theory [W/m]; of irregular waves that of the components
     that make them up. None for waves that do not go on."""
-    depth, g = water_depth(scene), scene.gravity
+    depth, g = wave_depth(scene), scene.gravity
     parts = scene.waves.linear_waves(depth, g) if scene.waves else []
     return sum(wave_power(height, period, depth, scene.fluid.density, g) for height, period in parts) if parts else None
 

@@ -9,11 +9,15 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, PISTON, WALL
+from fsi.particles import hydrostatics
+from fsi.particles.fixed import Surface, joined
 from fsi.particles.ghosts import Periodic
+from fsi.particles.hydrostatics import Cells
+from fsi.particles.tank import WHOLE, Sides, axis, lattice, wall_particles
 from fsi.protocols import BodySet, Solid
+from fsi.scene.geometry import fluid_height, piston_retreat
 from fsi.scene.model import Scene
 
-WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
 CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
 
 
@@ -41,21 +45,6 @@ class Layout:
     normal: np.ndarray | None = None
 
 
-def water_depth(scene: Scene) -> float:
-    """Largest height of fluid over its own bottom at t = 0 [m]."""
-    if scene.fluid.blocks:
-        blocks = [block for liquid in scene.all_liquids for block in liquid.blocks]
-        return max(b.max[-1] for b in blocks) - min(b.min[-1] for b in blocks)
-    return scene.fluid.still_water_level - scene.tank.min[-1]
-
-
-def piston_reach(scene: Scene) -> float:
-    """How far the piston moves back, out of the tank [m]."""
-    if scene.waves is None:
-        return 0.0
-    return max(0.0, -scene.waves.excursion(scene.waves.piston(water_depth(scene), scene.gravity))[0])
-
-
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
     """Raises SceneError where no fluid is left."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
@@ -79,35 +68,14 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
     high = np.array(scene.tank.max) + margin
-    low[0] -= piston_reach(scene)
+    low[0] -= piston_retreat(scene)
     periodic = Periodic(scene)
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width
     notes = tuple(_off_lattice(scene))
     return Layout(
-        position, velocity, pressure, boundary, owner, low, high, water_depth(scene), notes, liquid, glued, normal
+        position, velocity, pressure, boundary, owner, low, high, fluid_height(scene), notes, liquid, glued, normal
     )
-
-
-def _axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
-    """Lattice points origin + (k + 1/2) spacing between low and high; a point on the edge, to rounding, is outside."""
-    first = math.ceil((low - origin) / spacing - 0.5 - 1e-6)
-    last = math.floor((high - origin) / spacing - 0.5 + 1e-6)
-    return origin + (np.arange(first, last + 1) + 0.5) * spacing
-
-
-def _fitted(low: float, high: float, inner: float, outer: float, spacing: float) -> np.ndarray:
-    """Lattice points between low and high that begin anew at `inner` and `outer`, the sides of the tank, and are stretched
-    between them to fit: walls that meet in an edge then share one lattice, and crowd no fluid particle there."""
-    count = round((outer - inner) / spacing)
-    if abs(count * spacing - (outer - inner)) < WHOLE * spacing:
-        return _axis(low, high, inner, spacing)
-    between = inner + (np.arange(count) + 0.5) * (outer - inner) / count
-    return np.concatenate([_axis(low, inner, inner, spacing), between, _axis(outer, high, outer, spacing)])
-
-
-def _lattice(axes: list[np.ndarray]) -> np.ndarray:
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
 
 
 def _fluid(scene: Scene, solids: list[Solid]):
@@ -117,27 +85,46 @@ def _fluid(scene: Scene, solids: list[Solid]):
     half = (0.5 - WHOLE) * spacing
     room = [b - half if f"{n}+" in tank.walls else math.inf for n, b in zip(tank.axes, tank.max, strict=True)]
     blocks = _blocks(scene)
-    positions, velocities, liquids, tops = [], [], [], []
+    positions, velocities, liquids, tops, free = [], [], [], [], []
     for number, (low, high, velocity, liquid) in enumerate(blocks):
-        axes = [_axis(a, min(b, r), o, spacing) for a, b, r, o in zip(low, high, room, tank.min, strict=True)]
-        points = _lattice(axes)
+        axes = [axis(a, min(b, r), o, spacing) for a, b, r, o in zip(low, high, room, tank.min, strict=True)]
+        points = lattice(axes)
         for other_low, other_high, *_ in blocks[:number]:  # blocks may overlap: the first one holds the particle
             inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
             points = points[~inside]
+        clear = np.full(len(points), math.inf)
         for solid in solids:
-            points = points[solid.clearance(points) > 0.0]  # so that the volume is right on average
+            clear = np.minimum(clear, gap := solid.clearance(points))
+            fits = gap > 1e-6 * spacing  # so that the volume is right on average
+            points, clear = points[fits], clear[fits]
         positions.append(points)
         velocities.append(np.tile(np.zeros(scene.dimension) if velocity is None else velocity, (len(points), 1)))
         liquids.append(np.full(len(points), liquid, np.int8))
         tops.append(np.full(len(points), high[-1]))
-    position, liquid = np.concatenate(positions), np.concatenate(liquids)
-    if scene.fluid.start == "zero":
-        pressure = np.zeros(len(position))
-    elif scene.liquids:
-        pressure = scene.gravity * _load(position, blocks, [q.density for q in scene.all_liquids])
-    else:
-        pressure = scene.fluid.density * scene.gravity * (np.concatenate(tops) - position[:, -1])
+        free.append(clear)
+    position, liquid, top, clear = (np.concatenate(parts) for parts in (positions, liquids, tops, free))
+    pressure = _pressure(scene, blocks, solids, position, liquid, top, clear)
     return position, np.concatenate(velocities), pressure, liquid if scene.liquids else None
+
+
+def _pressure(scene: Scene, blocks: list[tuple], solids: list[Solid], position, liquid, top, clear) -> np.ndarray:
+    """Pressure (n,) at t = 0 of the particles at `position` (n, dim), whose blocks end at the heights `top` (n,), `clear` (n,)
+    from the solids."""
+    density = np.array([q.density for q in scene.all_liquids])
+    if scene.fluid.start == "zero" or len(position) == 0:
+        return np.zeros(len(position))
+    if len(blocks) == 1 and not solids:
+        return scene.fluid.density * scene.gravity * (top - position[:, -1])
+    origin = np.array(scene.tank.min)
+    cells = Cells(position, density[liquid], top, clear, solids, origin, scene.spacing)
+    pressure = hydrostatics.pressure(cells, scene.gravity)
+    if (
+        scene.liquids
+    ):  # blocks may end between two rows of the lattice: as long as that is the difference, they are right
+        exact = scene.gravity * _load(position, blocks, density)
+        near = np.abs(pressure - exact) < density.max() * scene.gravity * scene.spacing
+        pressure = np.where(near, exact, pressure)
+    return pressure
 
 
 def _blocks(scene: Scene) -> list[tuple]:
@@ -148,7 +135,7 @@ def _blocks(scene: Scene) -> list[tuple]:
     return blocks + ([(b.min, b.max, b.velocity, 0) for b in fluid.blocks] or whole)
 
 
-def _load(points: np.ndarray, blocks: list[tuple], density: list[float]) -> np.ndarray:
+def _load(points: np.ndarray, blocks: list[tuple], density: np.ndarray) -> np.ndarray:
     """Mass per area [kg/m2] of the fluid straight above points (n, dim)."""
     total = np.zeros(len(points))
 
@@ -165,45 +152,21 @@ def _load(points: np.ndarray, blocks: list[tuple], density: list[float]) -> np.n
     return total
 
 
-def _walls(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Layers of particles outside the walled sides of the tank. The last axis takes the corners, and under a piston
-    the other walls reach as far back as it does, so that they stay closed while it moves; along a periodic axis they
-    reach as far as its ghosts."""
-    tank, spacing, dim = scene.tank, scene.spacing, scene.dimension
-    thick = scene.layers * spacing
-    names = tank.axes
-    back = math.ceil(piston_reach(scene) / spacing) * spacing
-    around = math.ceil(Periodic(scene).width / spacing) * spacing
-    points, owners = [], []
-    for d in range(dim):
-        for side in (-1, 1):
-            if f"{names[d]}{'-' if side < 0 else '+'}" not in tank.walls or names[d] in tank.periodic:
-                continue
-            axes = []
-            for e in range(dim):
-                low, high = tank.min[e], tank.max[e]
-                if e == d:
-                    own = (low - thick, low, low) if side < 0 else (high, high + thick, high)
-                    axes.append(_axis(*own, spacing))
-                    continue
-                if names[e] in tank.periodic:
-                    low, high = low - around, high + around
-                elif e < d:
-                    low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
-                    high += thick * (f"{names[e]}+" in tank.walls)
-                axes.append(_fitted(low, high, tank.min[e], tank.max[e], spacing))
-            slab = _lattice(axes)
-            moving = scene.waves is not None and d == 0 and side < 0
-            points.append(slab)
-            owners.append(np.full(len(slab), PISTON if moving else WALL))
-    if not points:
-        return np.empty((0, dim)), np.empty(0, int)
-    return np.concatenate(points), np.concatenate(owners)
-
-
 def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    points, owners = _walls(scene)
+    """Boundary particles (n, dim), the outward normals (n, dim) of bodies, and owners (n,), by which they are sorted."""
+    points, owners = wall_particles(scene)
     clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
+    fixed = [n for n, (owner, _) in enumerate(solids) if owner == WALL]
+    if fixed:
+        walls = [(owners == owner, Sides(scene, owner).clearance) for owner in (WALL, PISTON)]
+        ours = [Surface(points[mine], clearance) for mine, clearance in walls]
+        grounds = [Surface(clouds[n], solids[n][1].clearance) for n in fixed]
+        first, *middle, last = joined([ours[0], *grounds, ours[1]], scene.spacing)
+        keep = np.empty(len(points), bool)
+        keep[walls[0][0]], keep[walls[1][0]] = first, last
+        points, owners = points[keep], owners[keep]
+        for n, kept in zip(fixed, middle, strict=True):
+            clouds[n] = clouds[n][kept]
     boundary = np.concatenate([points, *clouds])
     owner = np.concatenate([owners, *(np.full(len(c), o) for c, (o, _) in zip(clouds, solids, strict=True))])
     order = np.argsort(owner, kind="stable")

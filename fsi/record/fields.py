@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from fsi.protocols import Frame
-from fsi.scene.check import fluid_depth
 from fsi.scene.fields import field_of
+from fsi.scene.geometry import fluid_depth
 from fsi.scene.model import Scene
 
 CATEGORIES = np.array(  # colours of things without an order, told apart by lightness as well as by hue

@@ -17,7 +17,7 @@ from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import levels, raster, spatial
 from fsi.record.series import SERIES, column_names, describe, labels
 from fsi.record.timeline_layout import ENERGIES, blueprint, class_of, classes, log_legend
-from fsi.scene.check import fluid_depth
+from fsi.scene.geometry import fluid_depth
 from fsi.scene.model import Scene
 
 rr = require("rerun", "viewer", "output.timeline = true")

@@ -6,12 +6,11 @@ import math
 import os
 from collections.abc import Iterator
 
-import numpy as np
-
 from fsi.errors import SceneError
-from fsi.scene.check_liquids import all_blocks, liquid_faults, liquid_warnings
-from fsi.scene.check_waves import water_depth, wave_faults, wave_warnings
+from fsi.scene.check_liquids import liquid_faults, liquid_warnings
+from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
+from fsi.scene.geometry import all_blocks, fluid_height, fluid_volume
 from fsi.scene.model import Box, Scene
 from fsi.waves.kind import Fault
 
@@ -30,20 +29,6 @@ def check_scene(scene: Scene, file: object = "") -> None:
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
     return wave_warnings(scene) + liquid_warnings(scene)
-
-
-def fluid_depth(scene: Scene) -> float:
-    """Height of the highest fluid at the start above the tank's floor [m]."""
-    return (
-        max((block.max[-1] for block in scene.fluid.blocks), default=scene.fluid.still_water_level) - scene.tank.min[-1]
-    )
-
-
-def fluid_volume(scene: Scene) -> float:
-    """Volume of the fluid at the start [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
-    if scene.fluid.blocks:
-        return sum(math.prod(np.subtract(block.max, block.min)) for block in all_blocks(scene).values())
-    return math.prod(np.subtract(scene.tank.max, scene.tank.min)[:-1]) * water_depth(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:
@@ -133,8 +118,7 @@ def _field(scene: Scene) -> Iterator[Fault]:
 
 
 def _resolution(scene: Scene) -> Iterator[Fault]:
-    blocks = scene.fluid.blocks
-    depth = max((b.max[-1] - b.min[-1] for b in blocks), default=water_depth(scene))
+    depth = fluid_height(scene)
     if 0 < depth < 4 * scene.spacing * (1 - 1e-9):
         fault = f"{scene.spacing:g} m gives {depth / scene.spacing:.1f} particles over the fluid's depth {depth:g} m"
         yield "spacing", fault, f"use {depth / 4:.2g} m or less, for at least 4"

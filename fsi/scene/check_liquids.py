@@ -7,17 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsi.scene.model import Block, Scene
+from fsi.scene.geometry import all_blocks
+from fsi.scene.model import Scene
 from fsi.waves.kind import Fault
 
 GAS = 100.0  # density ratio up to which everything is stable
 GAS_MACH = 0.1  # numerics.mach beyond it; measured
-
-
-def all_blocks(scene: Scene) -> dict[str, Block]:
-    """Every block of liquid by its key."""
-    owners = {"fluid": scene.fluid} | {f"liquids.{name}": liquid for name, liquid in scene.liquids.items()}
-    return {f"{key}.blocks[{n}]": block for key, liquid in owners.items() for n, block in enumerate(liquid.blocks)}
 
 
 def liquid_faults(scene: Scene) -> Iterator[Fault]:

@@ -7,17 +7,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fsi.scene.geometry import piston_motion, piston_path, wave_depth
 from fsi.scene.model import Scene
 from fsi.waves.kind import Fault, Motion, Water
 from fsi.waves.sponge import reflection
 
 FAST = 0.6  # piston speed over sqrt(g depth) that throws the water up
 REFLECTING = 0.1  # part of the wave height that a damping zone had better not send back
-
-
-def water_depth(scene: Scene) -> float:
-    """Depth of the tank's floor below the still water level [m]; a bathymetry is not counted."""
-    return scene.fluid.still_water_level - scene.tank.min[-1]
 
 
 def wave_faults(scene: Scene) -> Iterator[Fault]:
@@ -30,7 +26,7 @@ def wave_faults(scene: Scene) -> Iterator[Fault]:
 
 
 def _place(scene: Scene) -> Iterator[Fault]:
-    depth = water_depth(scene)
+    depth = wave_depth(scene)
     if "x-" not in scene.tank.walls:
         yield "tank.walls", "waves need the x- wall, where the piston stands", "add 'x-'"
     if depth <= 0:
@@ -45,7 +41,7 @@ def _kind(scene: Scene) -> Iterator[Fault]:
 
 def _path(scene: Scene) -> Iterator[Fault]:
     length = scene.tank.max[0] - scene.tank.min[0]
-    back, forth = scene.waves.excursion(_motion(scene))
+    back, forth = piston_path(scene)
     if max(-back, forth) >= length / 4:
         fault = f"the piston moves from {back:.3g} to {forth:.3g} m; a quarter of the tank's length is {length / 4:g} m"
         yield "waves", fault, "use lower or shorter waves, or a longer tank"
@@ -63,8 +59,8 @@ def wave_summary(scene: Scene) -> list[str]:
     """The waves in figures, one line each."""
     if scene.waves is None:
         return []
-    motion = _motion(scene)
-    back, forth = scene.waves.excursion(motion)
+    motion = piston_motion(scene)
+    back, forth = piston_path(scene)
     path = f"piston from {back:.3g} to {forth:.3g} m, at most {_fastest(scene, motion):.3g} m/s"
     kind = f"{scene.waves.kind}, absorbing" if scene.waves.absorb else scene.waves.kind
     if hasattr(motion, "end"):
@@ -76,12 +72,8 @@ def wave_summary(scene: Scene) -> list[str]:
     return [*(f"waves: {line}" for line in scene.waves.figures(_water(scene))), f"waves: {kind}, {path}", *zones]
 
 
-def _motion(scene: Scene) -> Motion:
-    return scene.waves.piston(water_depth(scene), scene.gravity)
-
-
 def _water(scene: Scene) -> Water:
-    return Water(water_depth(scene), scene.gravity, scene.spacing)
+    return Water(wave_depth(scene), scene.gravity, scene.spacing)
 
 
 def _responses(scene: Scene) -> Iterator[tuple[str, float, float, float, float]]:
@@ -103,8 +95,8 @@ def _responses(scene: Scene) -> Iterator[tuple[str, float, float, float, float]]
 
 
 def _speed(scene: Scene) -> Iterator[str]:
-    limit = math.sqrt(scene.gravity * water_depth(scene))
-    fastest = _fastest(scene, _motion(scene))
+    limit = math.sqrt(scene.gravity * wave_depth(scene))
+    fastest = _fastest(scene, piston_motion(scene))
     if fastest > FAST * limit:
         yield (
             f"waves: the piston reaches {fastest:.3g} m/s, {fastest / limit:.2f} of sqrt(g depth); "
@@ -122,14 +114,14 @@ def _reflecting(scene: Scene) -> Iterator[str]:
 
 
 def _in_the_way(scene: Scene) -> Iterator[str]:
-    furthest = scene.tank.min[0] + scene.waves.excursion(_motion(scene))[1]
+    furthest = scene.tank.min[0] + piston_path(scene)[1]
     for name, gauge in scene.gauges.items():
         if gauge.x < furthest:
             yield f"gauges.{name}.x: {gauge.x:g} m lies in the path of the piston, which may come to {furthest:.3g} m"
 
 
 def _duration(scene: Scene) -> Iterator[str]:
-    end = getattr(_motion(scene), "end", 0.0)
+    end = getattr(piston_motion(scene), "end", 0.0)
     if end > scene.duration:
         yield f"duration: the run ends at {scene.duration:g} s, and the piston has made its waves at {end:.3g} s"
 

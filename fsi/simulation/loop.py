@@ -17,13 +17,13 @@ from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
+from fsi.scene.geometry import piston_motion, wave_depth
 from fsi.scene.model import Scene
 from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
 from fsi.simulation.motion import Motion, Movers
 from fsi.simulation.stability import Stability
 from fsi.sph.columns import corrector_sums
-from fsi.waves import piston
 
 
 class BodyLoads:
@@ -73,7 +73,7 @@ class Simulation:
         layout = build(scene, bodies, ground)
         self.team = Team(threads)
         self.fluid = Fluid(scene, layout, self.team)
-        self.movers = self._movers(layout.depth)
+        self.movers = self._movers()
         self.glue = None
         if layout.glued is not None:
             from fsi.simulation.glue import Glue
@@ -95,13 +95,13 @@ class Simulation:
         self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
 
-    def _movers(self, depth: float) -> Movers:
+    def _movers(self) -> Movers:
         waves, absorber = self.scene.waves, None
-        motion = piston(waves, depth, self.scene.gravity) if waves else None
+        motion = piston_motion(self.scene)
         if waves and waves.absorb:
             from fsi.simulation.absorber import Absorber
 
-            absorber = Absorber(self.scene, motion, depth)
+            absorber = Absorber(self.scene, motion, wave_depth(self.scene))
         return Movers(self.fluid, motion, self.bodies, absorber)
 
     # -------------------------------------------------------------------------------------- the loop

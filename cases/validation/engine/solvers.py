@@ -4,11 +4,11 @@ scene is a function of it."""
 from __future__ import annotations
 
 from fsi.fluid.constants import density_relaxation
-from fsi.particles.layout import water_depth
+from fsi.scene.geometry import fluid_height
 
 
 def _relaxed(factor: float):
-    return lambda scene: factor * density_relaxation(scene, water_depth(scene))
+    return lambda scene: factor * density_relaxation(scene, fluid_height(scene))
 
 
 DEFAULT = "chebyshev6"

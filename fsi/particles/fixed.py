@@ -1,0 +1,100 @@
+"""One boundary out of all fixed surfaces: the tank's walls, the bathymetry, the fixed wet geoms, the piston.
+
+Where solids overlap each of them brings particles of its own, and two lattices in one place weigh on the fluid twice. Of
+every overlap one solid keeps its particles: the one whose surface the fluid meets. Where that is both or neither, the
+earlier in the list keeps them. What then still stands closer than NEAR at a seam goes, and what leaves a hole stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+NEAR = 0.6  # spacings from which two particles of different solids stand side by side; two layers of one solid have 1
+BURIED = 0.05  # spacings that a surface lies inside another solid for the fluid not to meet it
+Clearance = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass
+class Surface:
+    """Boundary particles (n, dim) of one fixed solid, and the signed distance to its surface."""
+
+    points: np.ndarray
+    clearance: Clearance
+
+
+def joined(surfaces: Sequence[Surface], spacing: float) -> list[np.ndarray]:
+    """Which particles (n,) of each surface to keep; the earlier in the list has the right of way."""
+    keep = [np.ones(len(s.points), bool) for s in surfaces]
+    for low, lower in enumerate(surfaces):
+        for high, higher in enumerate(surfaces[:low]):
+            ours, theirs = _in_reach(lower, higher, spacing), _in_reach(higher, lower, spacing)
+            if len(ours) == 0 or len(theirs) == 0:
+                continue
+            _bury(lower, higher, ours, theirs, keep[low], keep[high], spacing)
+    for low, lower in enumerate(surfaces):
+        for high, higher in enumerate(surfaces[:low]):
+            ours, theirs = (
+                side[kept[side]]
+                for side, kept in (
+                    (_in_reach(lower, higher, spacing), keep[low]),
+                    (_in_reach(higher, lower, spacing), keep[high]),
+                )
+            )
+            if len(ours) and len(theirs):
+                close = distances(lower.points[ours], higher.points[theirs], NEAR * spacing) < NEAR * spacing * (
+                    1 - 1e-9
+                )
+                keep[low][ours[close]] = False
+    return keep
+
+
+def _in_reach(one: Surface, other: Surface, spacing: float) -> np.ndarray:
+    """Numbers of the particles of one solid that lie inside another, or closer to it than half a spacing."""
+    if len(one.points) == 0 or len(other.points) == 0:
+        return np.empty(0, int)
+    return np.flatnonzero(other.clearance(one.points) < 0.5 * spacing)
+
+
+def _bury(lower: Surface, higher: Surface, ours, theirs, keep_low, keep_high, spacing: float) -> None:
+    """Drop what each of two solids hides of the other."""
+    for mine, other, index, keep, first in (
+        (lower, higher, ours, keep_low, False),
+        (higher, lower, theirs, keep_high, True),
+    ):
+        points = mine.points[index]
+        points, index = (x[other.clearance(points) < 0.0] for x in (points, index))
+        hidden = _foot_inside(mine, other, points, spacing)  # where the fluid does not meet my surface
+        meets = ~_foot_inside(other, mine, points, spacing)  # where it meets the other's
+        gone = hidden & meets if first else hidden | meets
+        keep[index[gone]] = False
+
+
+def _foot_inside(one: Surface, other: Surface, points: np.ndarray, spacing: float) -> np.ndarray:
+    """Whether the place on the surface of `one` that is nearest to the points (n, dim) lies inside `other`."""
+    step = 0.05 * spacing
+    slope = [one.clearance(points + step * e) - one.clearance(points - step * e) for e in np.eye(points.shape[1])]
+    foot = points - one.clearance(points)[:, None] * np.stack(slope, 1) / (2 * step)
+    return other.clearance(foot) < -BURIED * spacing
+
+
+def distances(points: np.ndarray, others: np.ndarray, reach: float) -> np.ndarray:
+    """Distance (n,) of the points (n, dim) to the nearest of the others (k, dim), `reach` where that is farther [m]."""
+    best = np.full(len(points), reach)
+    if len(points) == 0 or len(others) == 0:
+        return best
+    origin = np.minimum(points.min(0), others.min(0)) - 1.5 * reach
+    cell, other_cell = (np.floor((x - origin) / reach).astype(np.int64) for x in (points, others))
+    stride = np.cumprod([1, *(np.maximum(cell.max(0), other_cell.max(0)) + 3)])[:-1]
+    key = other_cell @ stride
+    order = np.argsort(key, kind="stable")
+    key, others = key[order], others[order]
+    for offset in np.indices([3] * points.shape[1]).reshape(points.shape[1], -1).T - 1:
+        wanted = (cell + offset) @ stride
+        first, last = np.searchsorted(key, wanted, "left"), np.searchsorted(key, wanted, "right")
+        while len(at := np.flatnonzero(first < last)):
+            best[at] = np.minimum(best[at], np.linalg.norm(points[at] - others[first[at]], axis=1))
+            first[at] += 1
+    return best

@@ -1,0 +1,113 @@
+"""Pressure at the start of fluid on a lattice: the weight of what stands above, continued sideways under overhangs.
+
+The cells of the lattice form columns. A column that ends at the top of a block is open, and its pressure there is zero. One
+that ends under a solid takes the pressure of a neighbouring column at the same height, and so on through every passage; water
+that no open column reaches is sealed in and starts from its own highest place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsi.protocols import Solid
+
+PASSAGE = 0.5  # clearance [spacing] from which on no solid stands between a cell and its neighbours
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Fluid on a lattice from `origin` (dim,) on with this spacing [m].
+
+    position (n, dim); density (n,) [kg/m3]; top (n,): height at which the block of each ends; clearance (n,) from `solids`."""
+
+    position: np.ndarray
+    density: np.ndarray
+    top: np.ndarray
+    clearance: np.ndarray
+    solids: list[Solid]
+    origin: np.ndarray
+    spacing: float
+
+
+def pressure(cells: Cells, gravity: float) -> np.ndarray:
+    """Hydrostatic pressure (n,) [Pa]."""
+    z, dr, density = cells.position[:, -1], cells.spacing, cells.density
+    *sideways, above = _neighbours(cells)
+    head = _heads(above)
+    opened = z[head] > cells.top[head] - dr * (1 + 1e-6)
+    uniform = np.ptp(density) == 0.0
+    if uniform:  # p = rho g (level - z) with one level for a column
+        weight, known_value, sealed_value = np.zeros(len(z)), cells.top[head], z + 0.5 * dr
+    else:  # p = g (load + weight), the weight per area from the top of the column down
+        first = np.where(opened, cells.top[head] - z[head], 0.5 * dr)[head] * density[head]
+        weight, known_value, sealed_value = _weights(cells, head, first), np.zeros(len(z)), np.zeros(len(z))
+    value = np.where(opened, known_value, -np.inf)  # of the columns, by the number of their highest cell
+    known = opened
+    while True:
+        _spread(value, known, head, weight, sideways)
+        if known.all():
+            break
+        top = np.flatnonzero(~known)[np.argmax(z[~known])]
+        value[head == top], known[head == top] = sealed_value[top], True
+    return density * gravity * (value - z) if uniform else gravity * (value + weight)
+
+
+def _neighbours(cells: Cells) -> list[np.ndarray]:
+    """Number (n,) of the next cell along each axis, -1 where there is none or a solid stands between."""
+    index = np.round((cells.position - cells.origin) / cells.spacing - 0.5).astype(np.int64)
+    index -= index.min(0)
+    stride = np.cumprod([1, *(index.max(0) + 2)])[:-1]
+    key = index @ stride
+    order = np.argsort(key, kind="stable")
+    ordered, found = key[order], []
+    near = cells.clearance < PASSAGE * cells.spacing
+    for d, step in enumerate(stride):
+        at = np.minimum(np.searchsorted(ordered, key + step), len(key) - 1)
+        following = np.where(ordered[at] == key + step, order[at], -1)
+        doubtful = np.flatnonzero((following >= 0) & (near | near[following]))
+        middle = cells.position[doubtful]
+        middle[:, d] += 0.5 * cells.spacing
+        for solid in cells.solids if len(doubtful) else ():
+            following[doubtful[solid.clearance(middle) <= 0.0]] = -1
+        found.append(following)
+    return found
+
+
+def _heads(above: np.ndarray) -> np.ndarray:
+    """The highest cell (n,) of the column of each cell."""
+    head = np.where(above < 0, np.arange(len(above)), above)
+    while not np.array_equal(further := head[head], head):
+        head = further
+    return head
+
+
+def _weights(cells: Cells, head: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Mass per area (n,) [kg/m2] between the top of a column and the middle of a cell, `first` (n,) that over its head."""
+    order = np.lexsort((-cells.position[:, -1], head))
+    density, start = cells.density[order], head[order] == order
+    step = 0.5 * cells.spacing * (density + np.roll(density, 1))
+    total = np.cumsum(np.where(start, 0.0, step))
+    begun = np.maximum.accumulate(np.where(start, np.arange(len(order)), 0))
+    weight = np.empty(len(order))
+    weight[order] = total - total[begun] + first[order]
+    return weight
+
+
+def _spread(
+    value: np.ndarray, known: np.ndarray, head: np.ndarray, weight: np.ndarray, sideways: list[np.ndarray]
+) -> None:
+    """Carry the value of known columns on to their neighbours, ring by ring; the highest pressure rules."""
+    pairs = [np.stack([a := np.flatnonzero(n >= 0), n[a]]) for n in sideways]
+    one, other = np.concatenate([np.concatenate([p, p[::-1]], 1) for p in pairs], 1)
+    while True:
+        unknown = ~known[other]
+        one, other = one[unknown], other[unknown]
+        ready = known[one]
+        if not ready.any():
+            return
+        a, b = one[ready], other[ready]
+        np.maximum.at(value, head[b], value[a] + weight[a] - weight[b])
+        known[head[b]] = True
+        value[:], known[:] = value[head], known[head]

@@ -1,0 +1,89 @@
+"""The walls of the tank as layers of boundary particles on the fluid's lattice, and as a solid with a distance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsi.owners import PISTON, WALL
+from fsi.particles.ghosts import Periodic
+from fsi.scene.geometry import piston_retreat
+from fsi.scene.model import Scene
+
+WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
+
+
+def axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
+    """Lattice points origin + (k + 1/2) spacing between low and high; a point on the edge, to rounding, is outside."""
+    first = math.ceil((low - origin) / spacing - 0.5 - 1e-6)
+    last = math.floor((high - origin) / spacing - 0.5 + 1e-6)
+    return origin + (np.arange(first, last + 1) + 0.5) * spacing
+
+
+def lattice(axes: list[np.ndarray]) -> np.ndarray:
+    """All points (n, dim) with these coordinates."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+
+
+def wall_particles(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Layers of particles (n, dim) outside the walled sides of the tank, with their owners (n,).
+
+    The last axis takes the corners, and under a piston the other walls reach as far back as it does, so that they stay
+    closed while it moves; along a periodic axis they reach as far as its ghosts."""
+    tank, spacing, dim = scene.tank, scene.spacing, scene.dimension
+    thick = scene.layers * spacing
+    names = tank.axes
+    back = math.ceil(piston_retreat(scene) / spacing) * spacing
+    around = math.ceil(Periodic(scene).width / spacing) * spacing
+    points, owners = [], []
+    for d in range(dim):
+        for side in (-1, 1):
+            if f"{names[d]}{'-' if side < 0 else '+'}" not in tank.walls or names[d] in tank.periodic:
+                continue
+            axes = []
+            for e in range(dim):
+                low, high = tank.min[e], tank.max[e]
+                if e == d:
+                    own = (low - thick, low, low) if side < 0 else (high, high + thick, high)
+                    axes.append(axis(*own, spacing))
+                    continue
+                if names[e] in tank.periodic:
+                    low, high = low - around, high + around
+                elif e < d:
+                    low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
+                    high += thick * (f"{names[e]}+" in tank.walls)
+                axes.append(_fitted(low, high, tank.min[e], tank.max[e], spacing))
+            slab = lattice(axes)
+            moving = scene.waves is not None and d == 0 and side < 0
+            points.append(slab)
+            owners.append(np.full(len(slab), PISTON if moving else WALL))
+    if not points:
+        return np.empty((0, dim)), np.empty(0, int)
+    return np.concatenate(points), np.concatenate(owners)
+
+
+def _fitted(low: float, high: float, inner: float, outer: float, spacing: float) -> np.ndarray:
+    """Lattice points between low and high that begin anew at `inner` and `outer`, the sides of the tank, and are stretched
+    between them to fit: walls that meet in an edge then share one lattice, and crowd no fluid particle there."""
+    count = round((outer - inner) / spacing)
+    if abs(count * spacing - (outer - inner)) < WHOLE * spacing:
+        return axis(low, high, inner, spacing)
+    between = inner + (np.arange(count) + 0.5) * (outer - inner) / count
+    return np.concatenate([axis(low, inner, inner, spacing), between, axis(outer, high, outer, spacing)])
+
+
+class Sides:
+    """The half-spaces beyond the walled sides of the tank that `owner` holds: the piston's, or all others."""
+
+    def __init__(self, scene: Scene, owner: int):
+        tank = scene.tank
+        piston = {"x-"} if scene.waves is not None else set()
+        walls = {w for w in tank.walls if w[0] in tank.axes and w[0] not in tank.periodic}
+        walls = walls & piston if owner == PISTON else walls - piston
+        self._low = np.array([x if f"{n}-" in walls else -math.inf for n, x in zip(tank.axes, tank.min, strict=True)])
+        self._high = np.array([x if f"{n}+" in walls else math.inf for n, x in zip(tank.axes, tank.max, strict=True)])
+
+    def clearance(self, points: np.ndarray) -> np.ndarray:
+        """Distance (n,) of points (n, dim) to the nearest of the sides, negative beyond it."""
+        return np.minimum(points - self._low, self._high - points).min(1)

@@ -1,0 +1,81 @@
+"""The geometry of a scene: how deep its water is, how much of it there is, where its blocks are, how far its piston goes.
+
+Every other module asks here, so that a check, an estimate and a run never judge one scene by two depths.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from fsi.scene.model import Block, Scene
+from fsi.waves import Motion, piston
+
+
+def all_blocks(scene: Scene) -> dict[str, Block]:
+    """Every block of liquid by its key."""
+    owners = {"fluid": scene.fluid} | {f"liquids.{name}": liquid for name, liquid in scene.liquids.items()}
+    return {f"{key}.blocks[{n}]": block for key, liquid in owners.items() for n, block in enumerate(liquid.blocks)}
+
+
+def fluid_top(scene: Scene) -> float:
+    """Height of the highest fluid at t = 0 [m]."""
+    tops = [block.max[-1] for block in all_blocks(scene).values()]
+    return max(tops if scene.fluid.blocks else [*tops, scene.fluid.still_water_level])
+
+
+def fluid_height(scene: Scene) -> float:
+    """From the lowest to the highest fluid at t = 0 [m]: the column that sets the speed of sound."""
+    if scene.fluid.blocks:
+        blocks = all_blocks(scene).values()
+        return max(b.max[-1] for b in blocks) - min(b.min[-1] for b in blocks)
+    return scene.fluid.still_water_level - scene.tank.min[-1]
+
+
+def fluid_depth(scene: Scene) -> float:
+    """Height of the highest fluid at t = 0 above the tank's floor [m]: the range of its hydrostatic pressure."""
+    return fluid_top(scene) - scene.tank.min[-1]
+
+
+def wave_depth(scene: Scene) -> float:
+    """Depth of the water that the waves are made in, at the piston [m]: from the highest fluid there at t = 0 to the tank's
+    floor. A bathymetry is not counted."""
+    if not scene.fluid.blocks:
+        return scene.fluid.still_water_level - scene.tank.min[-1]
+    near = scene.tank.min[0] + 0.5 * scene.spacing
+    tops = [b.max[-1] for b in all_blocks(scene).values() if b.min[0] < near]
+    return max(tops, default=scene.tank.min[-1]) - scene.tank.min[-1]
+
+
+def fluid_volume(scene: Scene) -> float:
+    """Volume of the fluid at t = 0 [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
+    if scene.fluid.blocks:
+        return sum(math.prod(np.subtract(block.max, block.min)) for block in all_blocks(scene).values())
+    across = np.subtract(scene.tank.max, scene.tank.min)[:-1]
+    return math.prod(across) * (scene.fluid.still_water_level - scene.tank.min[-1])
+
+
+def piston_motion(scene: Scene) -> Motion | None:
+    """The motion of the scene's piston, None without waves; one scene's is built once. Raises SceneError for a bad table."""
+    if scene.waves is None:
+        return None
+    file = getattr(scene.waves, "file", None)
+    stamp = (file.stat().st_mtime_ns, file.stat().st_size) if file and file.is_file() else None
+    return _motion(scene.waves, wave_depth(scene), scene.gravity, stamp)
+
+
+@lru_cache(maxsize=4)
+def _motion(waves, depth: float, g: float, stamp: tuple | None) -> Motion:
+    return piston(waves, depth, g)
+
+
+def piston_path(scene: Scene) -> tuple[float, float]:
+    """The least and the largest displacement of the piston [m], 0 without waves."""
+    return scene.waves.excursion(piston_motion(scene)) if scene.waves else (0.0, 0.0)
+
+
+def piston_retreat(scene: Scene) -> float:
+    """How far the piston moves back, out of the tank [m]."""
+    return max(0.0, -piston_path(scene)[0])
