@@ -31,27 +31,33 @@ class Cells:
     spacing: float
 
 
-def pressure(cells: Cells, gravity: float) -> np.ndarray:
-    """Hydrostatic pressure (n,) [Pa]."""
+def pressure(cells: Cells, gravity: float) -> tuple[np.ndarray, np.ndarray]:
+    """Hydrostatic pressure (n,) [Pa], and the number (n,) of the sealed pocket of each, 0 for all other water."""
     z, dr, density = cells.position[:, -1], cells.spacing, cells.density
     *sideways, above = _neighbours(cells)
-    head = _heads(above)
-    opened = z[head] > cells.top[head] - dr * (1 + 1e-6)
+    head = _heads(above)  # the number of a column is that of its highest cell
+    opened = z > cells.top - dr * (1 + 1e-6)  # of the columns, as all that follows but `weight`
     uniform = np.ptp(density) == 0.0
     if uniform:  # p = rho g (level - z) with one level for a column
-        weight, known_value, sealed_value = np.zeros(len(z)), cells.top[head], z + 0.5 * dr
+        weight, value, sealed = np.zeros(len(z)), cells.top.copy(), z + 0.5 * dr
     else:  # p = g (load + weight), the weight per area from the top of the column down
-        first = np.where(opened, cells.top[head] - z[head], 0.5 * dr)[head] * density[head]
-        weight, known_value, sealed_value = _weights(cells, head, first), np.zeros(len(z)), np.zeros(len(z))
-    value = np.where(opened, known_value, -np.inf)  # of the columns, by the number of their highest cell
-    known = opened
-    while True:
-        _spread(value, known, head, weight, sideways)
-        if known.all():
-            break
-        top = np.flatnonzero(~known)[np.argmax(z[~known])]
-        value[head == top], known[head == top] = sealed_value[top], True
-    return density * gravity * (value - z) if uniform else gravity * (value + weight)
+        first = np.where(opened, cells.top - z, 0.5 * dr) * density
+        weight, value, sealed = _weights(cells, head, first[head]), np.zeros(len(z)), np.zeros(len(z))
+    value = np.where(opened, value, -np.inf)
+    known, pocket, count = opened, np.zeros(len(z), int), 0
+    pairs = [np.stack([a := np.flatnonzero(n >= 0), n[a]]) for n in sideways]
+    pairs = np.concatenate([np.concatenate([p, p[::-1]], 1) for p in pairs], 1)
+    pairs = _spread(value, known, head, weight, pairs)
+    rest = np.flatnonzero(~known[head])
+    while len(rest):
+        top = rest[np.argmax(z[rest])]
+        value[top], known[top], count = sealed[top], True, count + 1
+        pairs = _spread(value, known, head, weight, pairs)
+        reached = known[head[rest]]
+        pocket[rest[reached]] = count
+        rest = rest[~reached]
+    found = density * gravity * (value[head] - z) if uniform else gravity * (value[head] + weight)
+    return found, pocket
 
 
 def _neighbours(cells: Cells) -> list[np.ndarray]:
@@ -95,19 +101,14 @@ def _weights(cells: Cells, head: np.ndarray, first: np.ndarray) -> np.ndarray:
     return weight
 
 
-def _spread(
-    value: np.ndarray, known: np.ndarray, head: np.ndarray, weight: np.ndarray, sideways: list[np.ndarray]
-) -> None:
-    """Carry the value of known columns on to their neighbours, ring by ring; the highest pressure rules."""
-    pairs = [np.stack([a := np.flatnonzero(n >= 0), n[a]]) for n in sideways]
-    one, other = np.concatenate([np.concatenate([p, p[::-1]], 1) for p in pairs], 1)
+def _spread(value, known, head, weight, pairs) -> np.ndarray:
+    """Carry the value of known columns on to their neighbours, ring by ring; the highest pressure rules. `pairs` (2, k) of
+    cells side by side; those whose second column is not reached come back."""
     while True:
-        unknown = ~known[other]
-        one, other = one[unknown], other[unknown]
-        ready = known[one]
+        pairs = pairs[:, ~known[head[pairs[1]]]]
+        ready = known[head[pairs[0]]]
         if not ready.any():
-            return
-        a, b = one[ready], other[ready]
-        np.maximum.at(value, head[b], value[a] + weight[a] - weight[b])
+            return pairs
+        a, b = pairs[:, ready]
+        np.maximum.at(value, head[b], value[head[a]] + weight[a] - weight[b])
         known[head[b]] = True
-        value[:], known[:] = value[head], known[head]

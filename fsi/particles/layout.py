@@ -49,7 +49,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     """Raises SceneError where no fluid is left."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
     gaps = bodies.gaps() if bodies else []
-    position, velocity, pressure, liquid = _fluid(scene, [solid for _, solid in solids + gaps])
+    position, velocity, pressure, liquid, left_out = _fluid(scene, [solid for _, solid in solids + gaps])
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
@@ -72,7 +72,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     periodic = Periodic(scene)
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width
-    notes = tuple(_off_lattice(scene))
+    notes = (*_off_lattice(scene), *left_out)
     return Layout(
         position, velocity, pressure, boundary, owner, low, high, fluid_height(scene), notes, liquid, glued, normal
     )
@@ -103,28 +103,37 @@ def _fluid(scene: Scene, solids: list[Solid]):
         tops.append(np.full(len(points), high[-1]))
         free.append(clear)
     position, liquid, top, clear = (np.concatenate(parts) for parts in (positions, liquids, tops, free))
-    pressure = _pressure(scene, blocks, solids, position, liquid, top, clear)
-    return position, np.concatenate(velocities), pressure, liquid if scene.liquids else None
+    velocity = np.concatenate(velocities)
+    pressure, pocket = _pressure(scene, blocks, solids, position, liquid, top, clear)
+    kept, notes = np.ones(len(position), bool), ()
+    if pocket.any():  # a sealed gap of one or two rows is no pool: its water has no room to find its pressure
+        clear = np.minimum(clear, Sides(scene, WALL).clearance(position))
+        room = np.zeros(pocket.max() + 1)
+        np.maximum.at(room, pocket, clear)
+        kept = (pocket == 0) | (room[pocket] >= spacing)
+        if lost := int((~kept).sum()):
+            notes = (f"fluid: {lost} particles in sealed gaps narrower than three spacings are left out",)
+    position, velocity, pressure, liquid = (values[kept] for values in (position, velocity, pressure, liquid))
+    return position, velocity, pressure, liquid if scene.liquids else None, notes
 
 
-def _pressure(scene: Scene, blocks: list[tuple], solids: list[Solid], position, liquid, top, clear) -> np.ndarray:
+def _pressure(scene: Scene, blocks: list[tuple], solids: list[Solid], position, liquid, top, clear) -> tuple:
     """Pressure (n,) at t = 0 of the particles at `position` (n, dim), whose blocks end at the heights `top` (n,), `clear` (n,)
-    from the solids."""
+    from the solids, and the sealed pocket (n,) of each, 0 if none."""
     density = np.array([q.density for q in scene.all_liquids])
-    if scene.fluid.start == "zero" or len(position) == 0:
-        return np.zeros(len(position))
-    if len(blocks) == 1 and not solids:
-        return scene.fluid.density * scene.gravity * (top - position[:, -1])
+    if len(position) == 0 or (len(blocks) == 1 and not solids):
+        found, pocket = scene.fluid.density * scene.gravity * (top - position[:, -1]), np.zeros(len(position), int)
+        return (np.zeros(len(position)) if scene.fluid.start == "zero" else found), pocket
     origin = np.array(scene.tank.min)
     cells = Cells(position, density[liquid], top, clear, solids, origin, scene.spacing)
-    pressure = hydrostatics.pressure(cells, scene.gravity)
-    if (
-        scene.liquids
-    ):  # blocks may end between two rows of the lattice: as long as that is the difference, they are right
+    pressure, pocket = hydrostatics.pressure(cells, scene.gravity)
+    if scene.fluid.start == "zero":
+        return np.zeros(len(position)), pocket
+    if scene.liquids:  # blocks that end between two rows of the lattice: their exact load, where no more is different
         exact = scene.gravity * _load(position, blocks, density)
         near = np.abs(pressure - exact) < density.max() * scene.gravity * scene.spacing
         pressure = np.where(near, exact, pressure)
-    return pressure
+    return pressure, pocket
 
 
 def _blocks(scene: Scene) -> list[tuple]:

@@ -141,17 +141,8 @@ def _setups() -> dict[str, dict]:
     found["pile_in_bed"] = {"ground": profile(wavy, -0.3, 0.9, 100), "geoms": [(0.207, 0.303, -0.6, 0.1)]}
     found["hung"] = {"geoms": [(0.207, 0.303, -0.3, 0.1)]}  # overlaps nothing
     found["two_piles"] = {"geoms": [(0.2, 0.31, -0.6, 0.1), (0.31, 0.42, -0.6, -0.2)]}
-    for name in (
-        "wide_top+0.0",
-        "wide_top+0.5",
-        "narrow_top-0.5",
-        "narrow_step+0.4",
-        "wavy_cut",
-        "pile_in_floor",
-        "beam_through_wall",
-        "hung",
-        "pile_on_floor",
-    ):
+    solid = ("wide_top+0.0", "wide_top+0.5", "narrow_top-0.5", "narrow_step+0.4", "wavy_cut")
+    for name in (*solid, "pile_in_floor", "beam_through_wall", "hung", "pile_on_floor"):
         found[f"{name}_3d"] = {"dimension": 3} | found[name]
     return found
 
