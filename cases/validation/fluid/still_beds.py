@@ -158,36 +158,35 @@ def pool_walls(dimension: int = 2, geoms=(), **_) -> tuple[float, ...]:
 
 SETUPS = _setups()
 REFERENCE = "Exact: hydrostatic pressure, no motion, nothing lost."
-VALIDATED = (
-    "wide_top+0.0",
-    "narrow_top+0.5",
-    "narrow_hover+0.6",
-    "wavy_cut",
-    "cliff",
-    "pile_in_bed",
-    "wide_top+0.5_3d",
-)
+VALIDATED = {
+    "flush": ("wide_top+0.0", "a bed that lies flush with the floor"),
+    "raised": ("narrow_top+0.5", "a bed that rises out of the floor by half a spacing"),
+    "gap": ("narrow_hover+0.6", "a slab 0.6 spacings above the floor"),
+    "wavy": ("wavy_cut", "a wavy bed that the floor cuts"),
+    "cliff": ("cliff", "a bed with a cliff, through both walls"),
+    "pile": ("pile_in_bed", "a wavy bed with a pile that reaches into it"),
+    "3d": ("wide_top+0.5_3d", "a bed half a spacing above the floor, in three dimensions"),
+}
 NAMES = (
-    "still_bed_wide_top+0.0",
-    "still_bed_narrow_top+0.5",
-    "still_bed_narrow_hover+0.6",
-    "still_bed_wavy_cut",
+    "still_bed_flush",
+    "still_bed_raised",
+    "still_bed_gap",
+    "still_bed_wavy",
     "still_bed_cliff",
-    "still_bed_pile_in_bed",
-    "still_bed_wide_top+0.5_3d",
+    "still_bed_pile",
+    "still_bed_3d",
 )
 CASES = {
     f"still_bed_{name}": Case(
-        f"still_bed_{name}", f"Water at rest for 2 s over overlapping fixed solids: {name.replace('_', ' ')}", REFERENCE,
-        {"coarse": SPACING}, partial(scene, **SETUPS[name]),
-        partial(Rest, walls=pool_walls(**SETUPS[name])), TARGET,
+        f"still_bed_{name}", f"Water at rest for 2 s over {what}", REFERENCE, {"coarse": SPACING},
+        partial(scene, **SETUPS[setup]), partial(Rest, walls=pool_walls(**SETUPS[setup])), TARGET,
     )
-    for name in VALIDATED
+    for name, (setup, what) in VALIDATED.items()
 }  # fmt: skip
 
 
 def measure(name: str, folder: Path, spacing: float = SPACING, until: float = 2.0) -> dict[str, float]:
-    """The errors of one setup, and the particles that stand closest, in spacings."""
+    """The errors of one setup, with files in `folder`, after `until` seconds."""
     from fsi.plugins import bind
     from fsi.scene.file import load_scene
     from fsi.scene.model import Scene
