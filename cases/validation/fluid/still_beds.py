@@ -158,6 +158,7 @@ def pool_walls(dimension: int = 2, geoms=(), **_) -> tuple[float, ...]:
 
 SETUPS = _setups()
 REFERENCE = "Exact: hydrostatic pressure, no motion, nothing lost."
+FINE = {"coarse": SPACING, "medium": SPACING / 1.6, "paper": SPACING / 2}
 VALIDATED = {
     "flush": ("wide_top+0.0", "a bed that lies flush with the floor"),
     "raised": ("narrow_top+0.5", "a bed that rises out of the floor by half a spacing"),
@@ -178,7 +179,7 @@ NAMES = (
 )
 CASES = {
     f"still_bed_{name}": Case(
-        f"still_bed_{name}", f"Water at rest for 2 s over {what}", REFERENCE, {"coarse": SPACING},
+        f"still_bed_{name}", f"Water at rest for 2 s over {what}", REFERENCE, FINE,
         partial(scene, **SETUPS[setup]), partial(Rest, walls=pool_walls(**SETUPS[setup])), TARGET,
     )
     for name, (setup, what) in VALIDATED.items()
