@@ -26,7 +26,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fsi.errors import SceneError
-from fsi.extras import require
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -142,21 +141,3 @@ def function(name: str) -> Any:
 def engine(name: str = "mujoco") -> Any:
     """The module that loads bodies and bathymetries, see `find`."""
     return find("engines", name)
-
-
-def bind(scene, label: str, *, bodies: bool = True, ground: bool = True) -> tuple[Any, Any, Any]:
-    """The bodies, the coupler and the ground of a scene, which messages call `label`; each None where it has none, or where
-    it is not asked for. Raises SceneError where one of them cannot be made."""
-    moved = coupler = solid = None
-    if scene.bodies and bodies:
-        require("mujoco", "bodies", "a scene with bodies")
-        moved = engine().load(scene, label)
-        coupler = scene.coupler.make(moved, label)
-    if scene.tank.bathymetry and ground:
-        require("trimesh", "bodies", "a bathymetry")
-        margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
-        low, high = (
-            [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
-        )
-        solid = engine().mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
-    return moved, coupler, solid

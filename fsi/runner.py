@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fsi.errors import RunError
-from fsi.plugins import bind, function
+from fsi.plugins import function
 from fsi.record.run_folder import RunFolder, load_run
+from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene

@@ -59,8 +59,8 @@ def _children() -> float:
 
 def main() -> None:
     """Make the first step of the scene on stdin and print the facts."""
-    from fsi.plugins import bind
     from fsi.record.background import open_recorders
+    from fsi.scene.binding import bind
     from fsi.scene.model import Scene
     from fsi.simulation.loop import Simulation
 

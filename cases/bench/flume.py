@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 from statistics import median
 
-from fsi.plugins import bind
 from fsi.record.background import open_recorders
+from fsi.scene.binding import bind
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation

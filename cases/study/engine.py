@@ -175,7 +175,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 def _check(study: Study) -> None:
     """Raises SceneError where no point of the study can be a scene: a mistake in the study, not in a point."""
-    from fsi.plugins import bind
+    from fsi.scene.binding import bind
 
     faults = []
     with TemporaryDirectory() as scratch:

@@ -9,7 +9,7 @@ import fsi
 from bodies import load
 from couplers import make
 from fsi.errors import SceneError
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import load_scene
 from fsi.simulation.loop import Simulation
 

@@ -8,7 +8,7 @@ import pytest
 from cases.validation.coupling import models
 from cases.validation.coupling.forced_heave import harmonic
 from fsi.owners import FIRST_BODY
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import load_scene
 from fsi.simulation.loop import Simulation
 

@@ -8,7 +8,7 @@ from cases.validation.fluid.still_beds import SETUPS, SPACING, TARGET, measure, 
 from fsi.particles.fixed import distances
 from fsi.particles.layout import build
 from fsi.particles.tank import PISTON, WALL
-from fsi.runner import bind
+from fsi.scene.binding import bind
 from fsi.scene.model import Scene
 
 WORST = ("wide_top+0.1", "narrow_top+0.5", "wide_hover+0.7", "wavy_cut", "cliff", "pile_in_bed", "beam_through_wall")

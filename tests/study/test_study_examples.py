@@ -8,7 +8,7 @@ from cases.study.design import design
 from cases.study.points import hypercube, points
 from cases.study.routines import check_routine
 from cases.study.study_file import load_study
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 
 FILES = [f for f in sorted((Path(__file__).parents[2] / "examples/studies").glob("*.toml")) if "tank" not in f.name]
 

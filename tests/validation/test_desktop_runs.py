@@ -6,7 +6,7 @@ cores."""
 import numpy as np
 import pytest
 
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import builtin_scenes, load_scene, scene_levels
 from fsi.simulation.loop import Simulation
 

@@ -7,7 +7,7 @@ import pytest
 
 from cases.validation.bodies import rigid_slide, slide_submarine
 from fsi.particles.layout import build
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import load_scene
 
 MODELS = Path(__file__).parents[2] / "bodies" / "models"

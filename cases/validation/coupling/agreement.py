@@ -12,7 +12,7 @@ import time as clock
 import numpy as np
 
 from cases.validation.engine.case import Case, Measure
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.simulation.loop import Simulation
 
 PERIOD, PERIODS, HEIGHT = 1.4, 10, 0.08  # s, m

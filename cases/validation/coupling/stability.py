@@ -18,7 +18,7 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure
 from fsi.errors import RunError
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 

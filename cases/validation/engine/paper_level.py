@@ -20,7 +20,7 @@ from statistics import median
 
 from cases.validation.engine.solvers import DEFAULT
 from fsi.estimate import estimate
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import builtin_scenes, load_scene, scene_levels
 from fsi.simulation.loop import Simulation
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from cases.validation.engine.case import Case, Measure, Row, met
 from cases.validation.engine.solvers import SOLVERS
 from fsi.errors import RunError
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation

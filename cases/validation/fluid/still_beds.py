@@ -188,7 +188,7 @@ CASES = {
 
 def measure(name: str, folder: Path, spacing: float = SPACING, until: float = 2.0) -> dict[str, float]:
     """The errors of one setup, with files in `folder`, after `until` seconds."""
-    from fsi.plugins import bind
+    from fsi.scene.binding import bind
     from fsi.scene.file import load_scene
     from fsi.scene.model import Scene
     from fsi.simulation.loop import Simulation

@@ -1,0 +1,29 @@
+"""From a scene to what it asks other packages for: bodies, coupler and ground."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fsi import plugins
+from fsi.extras import require
+from fsi.scene.geometry import piston_retreat
+from fsi.scene.model import Scene
+
+
+def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) -> tuple[Any, Any, Any]:
+    """The bodies, the coupler and the ground of a scene, which messages call `label`; each None where it has none, or where
+    it is not asked for. Raises SceneError where one of them cannot be made."""
+    moved = coupler = solid = None
+    if scene.bodies and bodies:
+        require("mujoco", "bodies", "a scene with bodies")
+        moved = plugins.engine().load(scene, label)
+        coupler = scene.coupler.make(moved, label)
+    if scene.tank.bathymetry and ground:
+        require("trimesh", "bodies", "a bathymetry")
+        margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
+        low, high = (
+            [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
+        )
+        low[0] -= piston_retreat(scene)  # water follows the piston there
+        solid = plugins.engine().mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
+    return moved, coupler, solid
