@@ -138,6 +138,11 @@ class Fluid:
         return len(self.position)
 
     @property
+    def sort(self) -> CellSort:
+        """The order of cells at the start of the last step."""
+        return self._sort
+
+    @property
     def fields(self) -> dict[str, np.ndarray]:
         """Values (n,) of the fluid particles besides speed and pressure, by name as in `output.fields`, for recorders;
         those of viscosity are of the last step."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from fsi.fluid.gauges import elevation
 from fsi.waves import Motion, piston_transfer, wavenumber
 from fsi.waves.surface import surface
 
@@ -30,19 +30,22 @@ class Absorber:
         self._surface = surface(waves, motion, depth, g)
         self._gain = gain(waves, depth, g)
         self._lag, self._recall = LAG * math.sqrt(depth / g), RECALL * math.sqrt(depth / g)
-        self._spacing, self._h, self._level = scene.spacing, scene.smoothing_length, scene.fluid.still_water_level
+        self._h, self._level = scene.smoothing_length, scene.fluid.still_water_level
         self._wall = scene.tank.min[0]
         low, high = scene.tank.min, scene.tank.max
         self._across = [()] if scene.dimension == 2 else [(low[1] + f * (high[1] - low[1]),) for f in (0.2, 0.5, 0.8)]
 
-    def step(self, time: float, dt: float, position: np.ndarray, x: float) -> tuple[float, float, float]:
-        """The shift [m] and the rate [m/s] at `time`, and the rate after the step of dt [s], for fluid at `position`
-        (n, dim) and a piston that its own path has at x [m]."""
+    def step(
+        self, time: float, dt: float, height: Callable[[np.ndarray], float], x: float
+    ) -> tuple[float, float, float]:
+        """The shift [m] and the rate [m/s] at `time`, and the rate after the step of dt [s], for a free surface at
+        `height` [m] over points (dim - 1,), nan where there is none, and a piston that its own path has at x [m]."""
         face = x + self.shift
         at = face + 2 * self._h
-        found = [elevation(position, np.array([self._wall + at, *y]), self._spacing, self._h) for y in self._across]
-        excess = float(np.mean(found)) - self._level - self._surface(time, at)
-        wanted = -self._gain * (excess if math.isfinite(excess) else 0.0) - self.shift / self._recall
+        found = [height(np.array([self._wall + at, *y])) for y in self._across]
+        wet = [z for z in found if math.isfinite(z)]
+        excess = sum(wet) / len(wet) - self._level - self._surface(time, at) if wet else 0.0
+        wanted = -self._gain * excess - self.shift / self._recall
         shift, rate = self.shift, self.rate
         self.rate += (wanted - rate) * dt / (self._lag + dt)
         self.rate = min(max(self.rate, (-self.furthest - shift) / dt), (self.furthest - shift) / dt)

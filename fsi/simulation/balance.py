@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsi.fluid.gauges import elevation, pressure_at
+from fsi.fluid.gauges import Surface, pressure_at
 from fsi.particles.layout import FIRST_BODY, PISTON
 from fsi.sph import corrector
 
@@ -40,6 +40,7 @@ class Balance:
         self._stopped = np.zeros((fluid.owners, 6))  # impulse of the wall guard, which bodies get in the step after
         self._before = None
         self._dim = dim
+        self._surface = Surface(fluid)
 
     def _weight(self) -> float:
         return self.mass * self.scene.gravity
@@ -145,7 +146,7 @@ class Balance:
         if scene.gauges:
             points = [(g.x,) if fluid.dim == 2 else (g.x, g.y) for g in scene.gauges.values()]
             level = scene.fluid.still_water_level
-            heights = [elevation(fluid.position, np.array(p), scene.spacing, h) - level for p in points]
+            heights = [self._surface(p) - level for p in points]
             out["elevation"] = np.array(heights)
         if scene.probes:
             weight = scene.fluid.density * scene.gravity
