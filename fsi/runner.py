@@ -25,7 +25,7 @@ from fsi.scene.model import Scene
 @dataclass(frozen=True)
 class Run:
     """A run that has ended: its folder, its status (`done` or `interrupted`) and why, its steps, the simulated and
-    the wall time [s]."""
+    the wall time [s], and the particles that it lost."""
 
     folder: Path
     status: str
@@ -33,6 +33,7 @@ class Run:
     steps: int
     simulated_seconds: float
     wall_seconds: float
+    lost_particles: int = 0
 
     def load(self):
         """The time series as an `xarray.Dataset`, see `fsi.load_run`."""
@@ -72,6 +73,7 @@ def run(
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
+    said = []  # alarms, as soon as they are raised
     with (
         _manifest(folder, sim),
         _watched(viewer, say),
@@ -82,14 +84,20 @@ def run(
 
         def on_step(sim) -> None:
             progress(sim)
+            while len(sim.alarms.notes) > len(said):
+                said.append(sim.alarms.notes[len(said)])
+                say(said[-1])
             if interrupted.is_set():
                 raise KeyboardInterrupt
 
         sim.run(scene.duration, on_step)
     for line in sim.warnings:
-        say(line)
+        if line not in said:
+            say(line)
     facts = folder.manifest
-    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"])
+    return Run(
+        folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"], sim.fluid.lost
+    )
 
 
 def check(

@@ -56,7 +56,8 @@ class Fluid:
         self.boundary_velocity = self.boundary_skin = np.zeros_like(self.boundary)
         self.owners = int(self.owner.max(initial=0)) + 1
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
-        self.lost = 0
+        self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
+        self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
         self.body_force = np.array(scene.fluid.acceleration or (0.0,) * self.dim, float)  # acceleration of all fluid
         self.body_force[-1] -= scene.gravity
         gradient = scene.fluid.acceleration_gradient
@@ -186,7 +187,9 @@ class Fluid:
         real, sources = self.count, self._add_ghosts()
         order = self._sort.update(self.position, self._orders)
         self._rows = n = self._sort.inside
-        self.lost += real - n + self.periodic.link(order, sources, real, n)
+        lost = real - n + self.periodic.link(order, sources, real, n)
+        if lost:
+            self._lose(order[n:][order[n:] < real])
         self._state = [self._in_order(a, order, n) for a in self._state]
         self.solids.arrange(self.boundary, self._orders)
         rows, b = (self._flow, self._trial, self._field, self._twin), self.solids.count
@@ -201,6 +204,14 @@ class Fluid:
             self._pack_density(n, b)
         self._near.update(self._sort, 0, self._xs, [(self._sort, 0)] + ([(self.solids.sort, n)] if b else []))
         self.solids.find(self._sort, self._xs)
+
+    def _lose(self, which: np.ndarray) -> None:
+        """Note the particles (m,) that are outside the domain and are dropped."""
+        r = np.ones(len(which)) if self._relative is None else self.relative[which]
+        position, velocity = self.position[which], self.velocity[which]
+        self.lost += len(which)
+        self.last_seen = position[0].copy()
+        self.gone += [*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])]
 
     def _pack_density(self, n: int, b: int) -> None:
         """The column r of all rows (`fsi.sph.predictor`), also of the ghosts."""

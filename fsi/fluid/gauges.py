@@ -129,7 +129,10 @@ class Surface:
     def __init__(self, fluid):
         self._fluid, tank = fluid, fluid.scene.tank
         self._length = np.array(
-            [(high - low) * (axis in tank.periodic) for axis, low, high in zip(tank.axes, tank.min, tank.max, strict=True)]
+            [
+                (high - low) * (axis in tank.periodic)
+                for axis, low, high in zip(tank.axes, tank.min, tank.max, strict=True)
+            ]
         )[:-1]
 
     def __call__(self, point) -> float:
@@ -143,6 +146,19 @@ class Surface:
 
         h = scene.smoothing_length
         return elevation(fluid.position, point, scene.spacing, h, solid, period=self._length, spans=spans)
+
+
+def dry_gauges(scene, position, boundary) -> list[str]:
+    """What to say of the scene's gauges that read nan, for fluid at `position` (n, dim) and boundary particles (b, dim)."""
+    feet = {name: (g.x,) if scene.dimension == 2 else (g.x, g.y) for name, g in scene.gauges.items()}
+    dry = [
+        name
+        for name, foot in feet.items()
+        if math.isnan(elevation(position, foot, scene.spacing, scene.smoothing_length, boundary))
+    ]
+    if not dry:
+        return []
+    return [f"gauges {', '.join(dry)}: no free surface there at the start, dry or through a solid: nan until one comes"]
 
 
 def _around(sort, count: int, place: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.particles.ghosts import Periodic
+from fsi.particles.instruments import check_instruments
 from fsi.protocols import BodySet, Solid
 from fsi.scene.model import Scene
 from fsi.waves import reach
@@ -58,8 +59,9 @@ def piston_reach(scene: Scene) -> float:
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
-    """Raises SceneError where no fluid is left."""
+    """Raises SceneError where no fluid is left, and where an instrument is inside a solid."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
+    check_instruments(scene, solids)
     gaps = bodies.gaps() if bodies else []
     position, velocity, pressure, liquid = _fluid(scene, [solid for _, solid in solids + gaps])
     if len(position) == 0:

@@ -110,7 +110,9 @@ def test_the_cells_around_a_vertical_hold_all_that_counts(dimension, periodic):
     sim = Simulation(scene, threads=1)
     surface = Surface(sim.fluid)
     sim.fluid.position[:, -1] += 0.03 * np.cos(2 * np.pi * sim.fluid.position[:, 0])
-    points = [np.resize([x, y], dimension - 1) for x, y in ((0.0, 0.0), (0.02, 0.5), (0.3, 0.9), (0.52, 1.0), (1.0, 0.4))]
+    points = [
+        np.resize([x, y], dimension - 1) for x, y in ((0.0, 0.0), (0.02, 0.5), (0.3, 0.9), (0.52, 1.0), (1.0, 0.4))
+    ]
     unsorted = [surface(point) for point in points]
     np.testing.assert_allclose(unsorted, [0.03 * np.cos(2 * np.pi * p[0]) for p in points], atol=0.1 * 0.05)
     sim.step()

@@ -1,0 +1,151 @@
+"""Alarms of a run: fluid that is lost, and energy that comes from nowhere.
+
+Each is told once when it begins, warned of and at last an error (`[alarms]` of the scene), with the likeliest cause.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from fsi.errors import RunError
+from fsi.particles.layout import FIRST_BODY, PISTON, WALL
+
+WARN_LOST = 0.1  # share of `alarms.lost_particles` at which the loss is warned of
+WARN_ENERGY = 0.02  # of the energy that there is to come by, from which on energy from nowhere is warned of
+CROWDED = 0.49  # spacings between particles of one wall, under which they are doubled
+NEAR = 3.0  # spacings from a body within which a particle is lost beside it
+
+
+class Alarms:
+    """Watches the fluid and the balance of a simulation; `notes` are its warnings."""
+
+    def __init__(self, sim):
+        self._sim, self._limits = sim, sim.scene.alarms
+        self._started_with = sim.fluid.count
+        self.notes: list[str] = []
+        self._lost = 0
+        self._first = ""  # when and where the first was lost
+        self._warned: set[str] = set()
+
+    @property
+    def lost_share(self) -> float:
+        """Share of the fluid particles at the start that are lost."""
+        return self._sim.fluid.lost / self._started_with
+
+    def audit(self) -> dict:
+        """For `run.json`."""
+        return {"lost_particles": self._sim.fluid.lost, "lost_share": self.lost_share, "first_lost": self._first}
+
+    def check(self, kept: str) -> None:
+        """After a step. Raises RunError where a limit is passed; `kept` says what the log holds."""
+        if self._sim.fluid.lost > self._lost:
+            self._check_lost(kept)
+        self._check_energy(kept)
+
+    def _warn(self, alarm: str, text: str) -> None:
+        """Tell a warning at its first time."""
+        if alarm not in self._warned:
+            self._warned.add(alarm)
+            self.notes.append(text)
+            self._sim.report("warning", text)
+
+    # -------------------------------------------------------------------------------------- lost particles
+
+    def _check_lost(self, kept: str) -> None:
+        fluid, limit = self._sim.fluid, self._limits.lost_particles
+        self._lost, share = fluid.lost, self.lost_share
+        if not self._first:
+            self._first = f"the first at t = {self._sim.time:.4g} s, last seen at {_point(fluid.last_seen)}"
+            self._warn(
+                "first lost", f"a particle has left the tank, {self._first}; likeliest cause: {self._cause_of_loss()}"
+            )
+        told = f"{fluid.lost} of {self._started_with} particles ({100 * share:.2g} %) have left the tank, {self._first}"
+        if share >= limit:
+            raise RunError(
+                f"at {self._when()} {told}; likeliest cause: {self._cause_of_loss()}; alarms.lost_particles = {limit:g} is the share that "
+                f"may leave{kept}"
+            )
+        if share >= WARN_LOST * limit:
+            self._warn("lost", f"at {self._when()} {told}; likeliest cause: {self._cause_of_loss()}")
+
+    def _cause_of_loss(self) -> str:
+        """The likeliest one, of the particle that was lost last."""
+        sim, tank, at = self._sim, self._sim.scene.tank, self._sim.fluid.last_seen
+        if self.doubled_walls:
+            return self.doubled_walls
+        beyond = {}
+        for d, axis in enumerate(tank.axes):
+            beyond |= {f"{axis}-": tank.min[d] - at[d], f"{axis}+": at[d] - tank.max[d]}
+        side, distance = max(beyond.items(), key=lambda item: item[1])
+        if distance > 0 and side not in tank.walls:
+            return f'it went through the open side {side}: move that side of the tank or add "{side}" to tank.walls'
+        if body := self._nearest_body(at):
+            return f"it was lost beside body {body!r}: try a smaller numerics.courant or a finer spacing"
+        through = f"it went through the wall {side}: " if distance > 0 else ""
+        return f"{through}the time step may be too long: try a smaller numerics.courant or numerics.mach"
+
+    def _nearest_body(self, at: np.ndarray) -> str | None:
+        """The name of the body that a point is beside."""
+        fluid = self._sim.fluid
+        first = fluid.of_owner(PISTON).stop
+        if first == len(fluid.boundary):
+            return None
+        distance = np.linalg.norm(fluid.boundary[first:] - at, axis=1)
+        nearest = int(np.argmin(distance))
+        if not distance[nearest] < NEAR * self._sim.scene.spacing:
+            return None
+        return self._sim.bodies.names[int(fluid.owner[first + nearest]) - FIRST_BODY]
+
+    @cached_property
+    def doubled_walls(self) -> str:
+        """What to say where particles of the fixed walls stand closer than half a spacing; "" where none do."""
+        from scipy.spatial import cKDTree
+
+        fluid = self._sim.fluid
+        walls, spacing = fluid.boundary[fluid.of_owner(WALL)], self._sim.scene.spacing
+        pairs = cKDTree(walls).query_pairs(CROWDED * spacing, output_type="ndarray") if len(walls) else ()
+        if len(pairs) == 0:
+            return ""
+        return (
+            f"the walls are doubled: {len(np.unique(pairs))} of their particles are closer to another than half a spacing, "
+            f"such as at {_point(walls[pairs[0][0]])}; move the bathymetry or the fixed geoms off the tank's walls"
+        )
+
+    # -------------------------------------------------------------------------------------- energy
+
+    def _check_energy(self, kept: str) -> None:
+        balance, limit = self._sim.balance, self._limits.energy
+        gained, scale = balance.gained, balance.energy_scale
+        if not gained > WARN_ENERGY * min(1.0, limit) * scale:
+            return
+        told = (
+            f"{gained:.3g} J of energy have come from nowhere, {100 * gained / scale:.2g} % of the {scale:.3g} J that the "
+            "fluid could fall by or was given"
+        )
+        if gained > limit * scale:
+            raise RunError(
+                f"at {self._when()} {told}; likeliest cause: {self._cause_of_energy()}; alarms.energy = {limit:g} is the share allowed{kept}"
+            )
+        self._warn("energy", f"at {self._when()} {told}; likeliest cause: {self._cause_of_energy()}")
+
+    def _cause_of_energy(self) -> str:
+        if self.doubled_walls:
+            return self.doubled_walls
+        fluid = self._sim.fluid
+        fastest = int(np.argmax((fluid.velocity**2).sum(1)))
+        body = self._nearest_body(fluid.position[fastest])
+        place = f"the fastest particle is at {_point(fluid.position[fastest])}"
+        if body:
+            return f"{place}, beside body {body!r}: try a smaller numerics.courant or numerics.mach"
+        return f"{place}: try a smaller numerics.mach or numerics.courant, or a finer spacing"
+
+    def _when(self) -> str:
+        return f"t = {self._sim.time:.4g} s (step {self._sim.step_count})"
+
+
+def _point(point: np.ndarray) -> str:
+    """A point as coordinates by name, such as x = 1, z = -0.5 m."""
+    names = "xz" if len(point) == 2 else "xyz"
+    return ", ".join(f"{name} = {c:.4g}" for name, c in zip(names, point, strict=True)) + " m"
