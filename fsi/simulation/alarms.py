@@ -62,17 +62,14 @@ class Alarms:
                 "first lost", f"a particle has left the tank, {self._first}; likeliest cause: {self._cause_of_loss()}"
             )
         told = f"{fluid.lost} of {self._started_with} particles ({100 * share:.2g} %) have left the tank, {self._first}"
-        if share >= limit:
-            raise RunError(
-                f"at {self._when()} {told}; likeliest cause: {self._cause_of_loss()}; alarms.lost_particles = {limit:g} is the share that "
-                f"may leave{kept}"
-            )
-        if share >= WARN_LOST * limit:
-            self._warn("lost", f"at {self._when()} {told}; likeliest cause: {self._cause_of_loss()}")
+        if share >= limit * (1 - 1e-9):
+            raise RunError(self._told(told, self._cause_of_loss(), f"alarms.lost_particles = {limit:g}", kept))
+        if share >= WARN_LOST * limit * (1 - 1e-9):
+            self._warn("lost", self._told(told, self._cause_of_loss()))
 
     def _cause_of_loss(self) -> str:
         """The likeliest one, of the particle that was lost last."""
-        sim, tank, at = self._sim, self._sim.scene.tank, self._sim.fluid.last_seen
+        tank, at = self._sim.scene.tank, self._sim.fluid.last_seen
         if self.doubled_walls:
             return self.doubled_walls
         beyond = {}
@@ -125,10 +122,8 @@ class Alarms:
             "fluid could fall by or was given"
         )
         if gained > limit * scale:
-            raise RunError(
-                f"at {self._when()} {told}; likeliest cause: {self._cause_of_energy()}; alarms.energy = {limit:g} is the share allowed{kept}"
-            )
-        self._warn("energy", f"at {self._when()} {told}; likeliest cause: {self._cause_of_energy()}")
+            raise RunError(self._told(told, self._cause_of_energy(), f"alarms.energy = {limit:g}", kept))
+        self._warn("energy", self._told(told, self._cause_of_energy()))
 
     def _cause_of_energy(self) -> str:
         if self.doubled_walls:
@@ -141,8 +136,11 @@ class Alarms:
             return f"{place}, beside body {body!r}: try a smaller numerics.courant or numerics.mach"
         return f"{place}: try a smaller numerics.mach or numerics.courant, or a finer spacing"
 
-    def _when(self) -> str:
-        return f"t = {self._sim.time:.4g} s (step {self._sim.step_count})"
+    def _told(self, what: str, cause: str, limit: str = "", kept: str = "") -> str:
+        """An alarm in words; `limit` is the key that ends the run."""
+        sim = self._sim
+        when = f"at t = {sim.time:.4g} s (step {sim.step_count}) "
+        return f"{when}{what}; likeliest cause: {cause}" + (f"; the limit is {limit}{kept}" if limit else "")
 
 
 def _point(point: np.ndarray) -> str:

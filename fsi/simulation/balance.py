@@ -10,7 +10,6 @@ from fsi.fluid.gauges import Surface, pressure_at
 from fsi.particles.layout import FIRST_BODY, PISTON
 from fsi.sph import corrector
 
-
 STILL = 1e-3  # speed of fluid that counts as still [m/s]
 
 

@@ -113,12 +113,12 @@ def test_the_cells_around_a_vertical_hold_all_that_counts(dimension, periodic):
     points = [
         np.resize([x, y], dimension - 1) for x, y in ((0.0, 0.0), (0.02, 0.5), (0.3, 0.9), (0.52, 1.0), (1.0, 0.4))
     ]
-    unsorted = [surface(point) for point in points]
-    np.testing.assert_allclose(unsorted, [0.03 * np.cos(2 * np.pi * p[0]) for p in points], atol=0.1 * 0.05)
+    before = [surface(point) for point in points]
+    np.testing.assert_allclose(before, [0.03 * np.cos(2 * np.pi * p[0]) for p in points], atol=0.1 * 0.05)
     sim.step()
     fluid, solids = sim.fluid, sim.fluid.solids
-    whole = SimpleNamespace(
-        **{"scene": scene, "position": fluid.position, "boundary": solids.position[: solids.count]},
-        sort=SimpleNamespace(start=np.empty(0), grid=None), solids=SimpleNamespace(count=0, sort=SimpleNamespace(start=np.empty(0), grid=None)),
-    )  # fmt: skip
+    unsorted = SimpleNamespace(start=np.empty(0), grid=None)
+    there = solids.position[: solids.count]
+    rest = SimpleNamespace(count=0, sort=unsorted)
+    whole = SimpleNamespace(scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest)
     assert [surface(p) for p in points] == [Surface(whole)(p) for p in points]
