@@ -11,6 +11,7 @@ from fsi.waves import Motion, piston_transfer, wavenumber
 from fsi.waves.surface import surface
 
 LAG = 0.1  # time constant of the correction [sqrt(depth / g)], against the roughness of the measured surface
+ROUGH = 0.2  # elevation [spacings] below which what is read is the particles' disorder, not a wave
 RECALL = 50.0  # time constant with which the piston returns to its path [sqrt(depth / g)]
 
 
@@ -19,8 +20,9 @@ class Absorber:
 
     A wave of elevation e that comes in and is not reflected lifts the surface at the piston by e and asks the piston to
     move at -e omega S/H, which is -e sqrt(g / depth) for long waves (Schaffer & Klopman 2000, J. Waterway Port Coastal
-    Ocean Eng. 126, 88-97). e is what the surface, 2 h before the piston, stands above the waves that are made. `shift`
-    [m] and `rate` [m/s] are all its state.
+    Ocean Eng. 126, 88-97). e is what the surface, 2 h before the piston, stands above the waves that are made; below
+    ROUGH spacings it fades to nothing, or the piston would creep after the settling of still water, 50 times as far.
+    `shift` [m] and `rate` [m/s] are all its state.
     """
 
     def __init__(self, scene, motion: Motion, depth: float):
@@ -31,6 +33,7 @@ class Absorber:
         self._gain = gain(waves, depth, g)
         self._lag, self._recall = LAG * math.sqrt(depth / g), RECALL * math.sqrt(depth / g)
         self._h, self._level = scene.smoothing_length, scene.fluid.still_water_level
+        self._rough = ROUGH * scene.spacing
         self._wall = scene.tank.min[0]
         low, high = scene.tank.min, scene.tank.max
         self._across = [()] if scene.dimension == 2 else [(low[1] + f * (high[1] - low[1]),) for f in (0.2, 0.5, 0.8)]
@@ -45,6 +48,7 @@ class Absorber:
         found = [height(np.array([self._wall + at, *y])) for y in self._across]
         wet = [z for z in found if math.isfinite(z)]
         excess = sum(wet) / len(wet) - self._level - self._surface(time, at) if wet else 0.0
+        excess *= excess**4 / (excess**4 + self._rough**4)
         wanted = -self._gain * excess - self.shift / self._recall
         shift, rate = self.shift, self.rate
         self.rate += (wanted - rate) * dt / (self._lag + dt)

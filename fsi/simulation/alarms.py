@@ -122,7 +122,7 @@ class Alarms:
             "fluid could fall by or was given"
         )
         if gained > limit * scale:
-            raise RunError(self._told(told, self._cause_of_energy(), f"alarms.energy = {limit:g}", kept))
+            raise RunError("unstable " + self._told(told, self._cause_of_energy(), f"alarms.energy = {limit:g}", kept))
         self._warn("energy", self._told(told, self._cause_of_energy()))
 
     def _cause_of_energy(self) -> str:
@@ -139,7 +139,7 @@ class Alarms:
     def _told(self, what: str, cause: str, limit: str = "", kept: str = "") -> str:
         """An alarm in words; `limit` is the key that ends the run."""
         sim = self._sim
-        when = f"at t = {sim.time:.4g} s (step {sim.step_count}) "
+        when = f"at t = {sim.time:.4g} s (step {sim.step_count}): "
         return f"{when}{what}; likeliest cause: {cause}" + (f"; the limit is {limit}{kept}" if limit else "")
 
 

@@ -98,7 +98,7 @@ def test_energy_from_nowhere_warns_and_fails():
     sim.step()
     assert any("energy have come from nowhere" in note for note in sim.warnings)
     sim.fluid.velocity[:] = [0.0, np.sqrt(2 * 1.5 * scale / mass)]
-    with pytest.raises(RunError, match="from nowhere.*likeliest cause: the fastest particle is at.*alarms.energy = 1"):
+    with pytest.raises(RunError, match=r"from nowhere.*likeliest cause: the fastest particle is at.*alarms.energy = 1"):
         sim.step()
 
 
@@ -141,6 +141,8 @@ def test_the_loss_is_in_the_manifest_and_on_the_exit_line(tmp_path):
 @pytest.mark.parametrize(("key", "value"), [("lost_particles", 0.0), ("lost_particles", 2.0), ("energy", -1.0)])
 def test_limits_are_shares(tmp_path, key, value):
     file = tmp_path / "a.toml"
-    file.write_text(f"spacing = 0.02\nduration = 1.0\n[tank]\nmin = [0, -0.2]\nmax = [1, 0.2]\n[alarms]\n{key} = {value}\n")
+    file.write_text(
+        f"spacing = 0.02\nduration = 1.0\n[tank]\nmin = [0, -0.2]\nmax = [1, 0.2]\n[alarms]\n{key} = {value}\n"
+    )
     with pytest.raises(SceneError, match=f"alarms.{key}"):
         runner.check(file)

@@ -109,6 +109,15 @@ def test_the_piston_keeps_to_the_room_it_has():
     assert control.step(99.0, 0.01, lambda _: math.nan, 0.0)[2] > 0  # no water at the piston: no correction
 
 
+def test_the_settling_of_still_water_moves_the_piston_by_less_than_it_settles():
+    at = scene(kind="solitary", wave_height=0.1, start=1000.0)
+    control = absorber.Absorber(at, piston(at.waves, DEPTH, G), DEPTH)
+    settled = 0.07 * at.spacing
+    for n in range(6000):
+        control.step(n * 0.01, 0.01, lambda _: -settled, 0.0)
+    assert 0 < control.shift < settled
+
+
 def test_in_three_dimensions_the_surface_is_read_across_the_tank():
     box = Scene.model_validate(
         {
