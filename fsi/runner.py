@@ -73,7 +73,7 @@ def run(
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
-    said = []  # alarms, as soon as they are raised
+    told = []  # texts of the events so far, whose warnings are said at once
     with (
         _manifest(folder, sim),
         _watched(viewer, say),
@@ -84,20 +84,20 @@ def run(
 
         def on_step(sim) -> None:
             progress(sim)
-            while len(sim.alarms.notes) > len(said):
-                said.append(sim.alarms.notes[len(said)])
-                say(said[-1])
+            for event in sim.events[len(told) :]:
+                told.append(event.text)
+                if event.level == "warning":
+                    say(event.text)
             if interrupted.is_set():
                 raise KeyboardInterrupt
 
         sim.run(scene.duration, on_step)
     for line in sim.warnings:
-        if line not in said:
+        if line not in told:
             say(line)
     facts = folder.manifest
-    return Run(
-        folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"], sim.fluid.lost
-    )
+    lost = facts["audit"].get("lost_particles", 0)
+    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"], lost)
 
 
 def check(

@@ -40,9 +40,9 @@ class Alarms:
 
     def check(self, kept: str) -> None:
         """After a step. Raises RunError where a limit is passed; `kept` says what the log holds."""
+        self._check_energy(kept)
         if self._sim.fluid.lost > self._lost:
             self._check_lost(kept)
-        self._check_energy(kept)
 
     def _warn(self, alarm: str, text: str) -> None:
         """Tell a warning at its first time."""
@@ -63,25 +63,30 @@ class Alarms:
             )
         told = f"{fluid.lost} of {self._started_with} particles ({100 * share:.2g} %) have left the tank, {self._first}"
         if share >= limit * (1 - 1e-9):
-            raise RunError(self._told(told, self._cause_of_loss(), f"alarms.lost_particles = {limit:g}", kept))
+            told = self._told(told, self._cause_of_loss(), f"alarms.lost_particles = {limit:g}", kept)
+            raise RunError(told if self._passed()[1] else f"unstable {told}")
         if share >= WARN_LOST * limit * (1 - 1e-9):
             self._warn("lost", self._told(told, self._cause_of_loss()))
 
     def _cause_of_loss(self) -> str:
         """The likeliest one, of the particle that was lost last."""
-        tank, at = self._sim.scene.tank, self._sim.fluid.last_seen
         if self.doubled_walls:
             return self.doubled_walls
-        beyond = {}
+        side, is_open = self._passed()
+        if is_open:
+            return f'it went through the open side {side}: move that side of the tank or add "{side}" to tank.walls'
+        if body := self._nearest_body(self._sim.fluid.last_seen):
+            return f"it was lost beside body {body!r}: try a smaller numerics.courant or a finer spacing"
+        through = f"it went through the wall {side}: " if side else ""
+        return f"{through}the time step may be too long: try a smaller numerics.courant or numerics.mach"
+
+    def _passed(self) -> tuple[str, bool]:
+        """The side of the tank that the particle lost last went through, "" where none, and whether it is open."""
+        tank, at, beyond = self._sim.scene.tank, self._sim.fluid.last_seen, {}
         for d, axis in enumerate(tank.axes):
             beyond |= {f"{axis}-": tank.min[d] - at[d], f"{axis}+": at[d] - tank.max[d]}
-        side, distance = max(beyond.items(), key=lambda item: item[1])
-        if distance > 0 and side not in tank.walls:
-            return f'it went through the open side {side}: move that side of the tank or add "{side}" to tank.walls'
-        if body := self._nearest_body(at):
-            return f"it was lost beside body {body!r}: try a smaller numerics.courant or a finer spacing"
-        through = f"it went through the wall {side}: " if distance > 0 else ""
-        return f"{through}the time step may be too long: try a smaller numerics.courant or numerics.mach"
+        side = max(beyond, key=beyond.get)
+        return (side, side not in tank.walls) if beyond[side] > 0 else ("", False)
 
     def _nearest_body(self, at: np.ndarray) -> str | None:
         """The name of the body that a point is beside."""
