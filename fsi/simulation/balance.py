@@ -10,6 +10,7 @@ from fsi.fluid.gauges import Surface, pressure_at
 from fsi.particles.layout import FIRST_BODY, PISTON
 from fsi.sph import corrector
 
+FALL = 0.1  # of the depth: energy that is at hand in any fluid; its volume is right to some 0.1 %
 STILL = 1e-3  # speed of fluid that counts as still [m/s]
 
 
@@ -52,7 +53,7 @@ class Balance:
         base = float(np.prod(np.subtract(self.scene.tank.max, self.scene.tank.min)[:-1]))
         layers = self.scene.tank.min[-1] + (np.arange(fluid.count) + 0.5) * self._cell_volume() / base
         flat = self._weight() * float(np.sort(r)[::-1] @ layers)  # the heaviest at the floor
-        fall = self._weight() * self.scene.spacing * float(r.sum())
+        fall = self._weight() * max(self.scene.spacing, FALL * fluid.depth) * float(r.sum())
         self._available = self.kinetic + max(self.potential - flat, fall, 0.5 * self.mass * r.sum() * STILL**2)
 
     def _relative_density(self) -> np.ndarray:
@@ -152,7 +153,7 @@ class Balance:
     def energy_scale(self) -> float:
         """What `gained` is measured against [J]: the larger of the energy at hand and the work done, to and fro. At hand is
         the kinetic energy at the start and the potential energy over that of the same liquids lying flat in the empty
-        tank, or of a fall by one spacing."""
+        tank, or of a fall by a tenth of the depth."""
         return max(self._available, self.exchanged_work + self._forced)
 
     @property

@@ -121,6 +121,8 @@ class Simulation:
 
     def step(self, until: float = math.inf) -> None:
         """One coupled step, in the order of the data."""
+        if self.step_count == 0:
+            self.balance.open()
         if self.step_count == 0 and self.bodies:
             self._speed = max(self._speed, self._stability.fastest_body())
         dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
@@ -129,7 +131,6 @@ class Simulation:
             motion = self.movers.place(self.time, dt)
             self.fluid.begin(dt, motion.centre, motion.twist, motion.smooth)
         if self.step_count == 0:
-            self.balance.open()
             self._start(motion)
         with self._phase("predictor"):
             self.fluid.predict()
