@@ -14,7 +14,7 @@ from fsi.particles.layout import FIRST_BODY, PISTON, WALL
 
 WARN_LOST = 0.1  # share of `alarms.lost_particles` at which the loss is warned of
 WARN_ENERGY = 0.02  # of the energy that there is to come by, from which on energy from nowhere is warned of
-CROWDED = 0.49  # spacings between particles of one wall, under which they are doubled
+CROWDED = 0.6  # spacings between particles of one wall, under which they are doubled
 NEAR = 3.0  # spacings from a body within which a particle is lost beside it
 
 
@@ -102,7 +102,7 @@ class Alarms:
 
     @cached_property
     def doubled_walls(self) -> str:
-        """What to say where particles of the fixed walls stand closer than half a spacing; "" where none do."""
+        """What to say where particles of the fixed walls stand closer than CROWDED spacings; "" where none do."""
         from scipy.spatial import cKDTree
 
         fluid = self._sim.fluid
@@ -111,7 +111,7 @@ class Alarms:
         if len(pairs) == 0:
             return ""
         return (
-            f"the walls are doubled: {len(np.unique(pairs))} of their particles are closer to another than half a spacing, "
+            f"the walls are doubled: {len(np.unique(pairs))} of their particles are closer than {CROWDED:g} spacings to another, "
             f"such as at {_point(walls[pairs[0][0]])}; move the bathymetry or the fixed geoms off the tank's walls"
         )
 
