@@ -111,8 +111,8 @@ class Alarms:
         if len(pairs) == 0:
             return ""
         return (
-            f"the walls are doubled: {len(np.unique(pairs))} of their particles are closer than {CROWDED:g} spacings to another, "
-            f"such as at {_point(walls[pairs[0][0]])}; move the bathymetry or the fixed geoms off the tank's walls"
+            f"the walls are doubled: {len(np.unique(pairs))} of their particles are closer than {CROWDED:g} spacings "
+            f"to another, such as at {_point(walls[pairs[0][0]])}; move the bathymetry or the fixed geoms off the tank's walls"
         )
 
     # -------------------------------------------------------------------------------------- energy
