@@ -136,9 +136,10 @@ def run(
         if as_json:
             print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
+            lost = f", {result.lost_particles} particles lost" if result.lost_particles else ""
             print(
                 f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps, "
-                f"{result.wall_seconds:.1f} s of wall time"
+                f"{result.wall_seconds:.1f} s of wall time{lost}"
             )
         if result.status == "interrupted":
             raise typer.Exit(INTERRUPTED)

@@ -9,6 +9,7 @@ from statistics import median
 
 from fsi.compute.team import available_threads
 from fsi.fluid.chebyshev import sweeps_to
+from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.rheology import decay_rate, varies, viscous_sweeps
 from fsi.fluid.timestep import TimeStep
 from fsi.particles.layout import build
@@ -51,7 +52,7 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "memory_bytes": int(size * (fluid + boundary)),
         "time_step": time_step,
         "steps": steps,
-        "notes": layout.notes,
+        "notes": (*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)),
         **log_size(scene, bodies, fluid),
         "seconds": steps * (work / available_threads() + SERIAL * (2 if bodies else 1)),
     }

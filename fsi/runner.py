@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Run:
     """A run that has ended: its folder, its status (`done` or `interrupted`) and why, its steps, the simulated and
-    the wall time [s]."""
+    the wall time [s], and the particles that it lost."""
 
     folder: Path
     status: str
@@ -38,6 +38,7 @@ class Run:
     steps: int
     simulated_seconds: float
     wall_seconds: float
+    lost_particles: int = 0
 
     def load(self) -> Dataset:
         """The time series as an `xarray.Dataset`, see `fsi.load_run`."""
@@ -77,6 +78,7 @@ def run(
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
+    told = []  # texts of the events so far, whose warnings are said at once
     with (
         _manifest(folder, sim),
         _watched(viewer, say),
@@ -87,14 +89,20 @@ def run(
 
         def on_step(sim) -> None:
             progress(sim)
+            for event in sim.events[len(told) :]:
+                told.append(event.text)
+                if event.level == "warning":
+                    say(event.text)
             if interrupted.is_set():
                 raise KeyboardInterrupt
 
         sim.run(scene.duration, on_step)
     for line in sim.warnings:
-        say(line)
+        if line not in told:
+            say(line)
     facts = folder.manifest
-    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"])
+    lost = facts["audit"].get("lost_particles", 0)
+    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"], lost)
 
 
 def check(

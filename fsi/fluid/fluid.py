@@ -70,7 +70,8 @@ class Fluid:
         self.sort = CellSort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
-        self.lost = 0
+        self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
+        self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
         self._compose()
         self._rows, self._kept, self._last = 0, slice(None), None
 
@@ -128,9 +129,21 @@ class Fluid:
         order = self.sort.update(self.position, scratch)
         self._rows = n = self.sort.inside
         ghosts = self.halo.locate(order, n)
-        self.lost += self.reductions.combined(own - (n - ghosts))
+        if self.reductions.combined(own - (n - ghosts)):
+            self._lose(order[n:][order[n:] < own])
         self.particles.reorder(order, n)
         self.solids.arrange(self.placed, scratch)
+
+    def _lose(self, which: np.ndarray) -> None:
+        """Note the particles (m,) that are outside the domain and are dropped."""
+        r = np.ones(len(which)) if self._relative is None else self.relative[which]
+        position, velocity = self.position[which], self.velocity[which]
+        self.lost += int(self.reductions.combined(len(which)))
+        if len(which):
+            self.last_seen = position[0].copy()
+        self.gone += self.reductions.combined(
+            np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
+        )
 
     def _pack(self) -> np.ndarray:
         """Fill the packed rows; the positions for the search."""
@@ -282,6 +295,8 @@ class Fluid:
             "acceleration": self._acceleration.copy(),
             "suction": float(self.k.suction),
             "lost": int(self.lost),
+            "last_seen": None if self.last_seen is None else self.last_seen.copy(),
+            "gone": self.gone.copy(),
             "residual": float(self.residual()),
             "fields": {name: values.copy() for name, values in viscosities.items()},
         }
@@ -300,7 +315,8 @@ class Fluid:
         self.work.reserve(self.count)
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
-        self.lost = int(state["lost"])
+        self.lost, seen = int(state["lost"]), state["last_seen"]
+        self.last_seen, self.gone = None if seen is None else np.array(seen), np.array(state["gone"])
         fields = {name: np.array(values) for name, values in state["fields"].items()}
         self._last = {"residual": float(state["residual"]), "fields": fields}
 

@@ -80,8 +80,9 @@ def _foot_inside(one: Surface, other: Surface, points: np.ndarray, spacing: floa
     return other.clearance(foot) < -BURIED * spacing
 
 
-def distances(points: np.ndarray, others: np.ndarray, reach: float) -> np.ndarray:
-    """Distance (n,) of the points (n, dim) to the nearest of the others (k, dim), `reach` where that is farther [m]."""
+def distances(points: np.ndarray, others: np.ndarray, reach: float, itself: bool = False) -> np.ndarray:
+    """Distance (n,) of the points (n, dim) to the nearest of the others (k, dim), `reach` where that is farther [m]; with
+    `itself`, where the others are the points, to the nearest but itself."""
     best = np.full(len(points), reach)
     if len(points) == 0 or len(others) == 0:
         return best
@@ -95,6 +96,7 @@ def distances(points: np.ndarray, others: np.ndarray, reach: float) -> np.ndarra
         wanted = (cell + offset) @ stride
         first, last = np.searchsorted(key, wanted, "left"), np.searchsorted(key, wanted, "right")
         while len(at := np.flatnonzero(first < last)):
-            best[at] = np.minimum(best[at], np.linalg.norm(points[at] - others[first[at]], axis=1))
+            found = np.linalg.norm(points[at] - others[first[at]], axis=1)
+            best[at] = np.minimum(best[at], np.where(order[first[at]] == at, reach, found) if itself else found)
             first[at] += 1
     return best

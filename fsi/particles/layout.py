@@ -13,6 +13,7 @@ from fsi.particles import hydrostatics
 from fsi.particles.fixed import Surface, joined
 from fsi.particles.ghosts import Periodic
 from fsi.particles.hydrostatics import Cells
+from fsi.particles.instruments import check_instruments
 from fsi.particles.tank import WHOLE, Sides, axis, lattice, wall_particles
 from fsi.protocols import BodySet, Solid
 from fsi.scene.geometry import fluid_height, piston_retreat
@@ -46,8 +47,9 @@ class Layout:
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
-    """Raises SceneError where no fluid is left."""
+    """Raises SceneError where no fluid is left, and where an instrument is inside a solid."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
+    check_instruments(scene, solids)
     gaps = bodies.gaps() if bodies else []
     position, velocity, pressure, liquid, left_out = _fluid(scene, [solid for _, solid in solids + gaps])
     if len(position) == 0:

@@ -262,6 +262,13 @@ class Output(Part):
     timeline: bool = True  # write run.rrd
 
 
+class Alarms(Part):
+    """Shares at which a run fails; it warns long before (`fsi.simulation.alarms`)."""
+
+    lost_particles: Annotated[float, Field(gt=0, le=1)] = 0.01  # of the fluid's, that have left; a warning at a tenth
+    energy: Positive = 1.0  # from nowhere, of what the fluid could fall by or was given; a warning at 0.02
+
+
 class Scene(Part):
     """Everything that defines a run."""
 
@@ -282,6 +289,7 @@ class Scene(Part):
     coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()
     output: Output = Output()
+    alarms: Alarms = Alarms()
 
     @property
     def smoothing_length(self) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from fsi.fluid.gauges import elevation
 from fsi.waves.kind import Motion, room
 
 LAG = 0.1  # time constant of the correction [sqrt(depth / g)], against the roughness of the measured surface
+ROUGH = 0.2  # elevation [spacings] below which what is read is the particles' disorder, not a wave
 RECALL = 50.0  # time constant with which the piston returns to its path [sqrt(depth / g)]
 
 
@@ -18,8 +19,9 @@ class Absorber:
 
     A wave of elevation e that comes in and is not reflected lifts the surface at the piston by e and asks the piston to
     move at -e omega S/H, which is -e sqrt(g / depth) for long waves (Schaffer & Klopman 2000, J. Waterway Port Coastal
-    Ocean Eng. 126, 88-97). e is what the surface, 2 h before the piston, stands above the waves that are made. `shift`
-    [m] and `rate` [m/s] are all its state.
+    Ocean Eng. 126, 88-97). e is what the surface, 2 h before the piston, stands above the waves that are made; below
+    ROUGH spacings it fades to nothing, or the piston would creep after the settling of still water, 50 times as far.
+    `shift` [m] and `rate` [m/s] are all its state.
     """
 
     def __init__(self, scene, motion: Motion, depth: float):
@@ -29,19 +31,24 @@ class Absorber:
         self._surface = waves.surface(motion, depth, g)
         self._gain = waves.gain(depth, g)
         self._lag, self._recall = LAG * math.sqrt(depth / g), RECALL * math.sqrt(depth / g)
-        self._spacing, self._h, self._level = scene.spacing, scene.smoothing_length, scene.fluid.still_water_level
+        self._h, self._level = scene.smoothing_length, scene.fluid.still_water_level
+        self._rough = ROUGH * scene.spacing
         self._wall = scene.tank.min[0]
         low, high = scene.tank.min, scene.tank.max
         self._across = [()] if scene.dimension == 2 else [(low[1] + f * (high[1] - low[1]),) for f in (0.2, 0.5, 0.8)]
 
-    def step(self, time: float, dt: float, position: np.ndarray, x: float) -> tuple[float, float, float]:
-        """The shift [m] and the rate [m/s] at `time`, and the rate after the step of dt [s], for fluid at `position`
-        (n, dim) and a piston that its own path has at x [m]."""
+    def step(
+        self, time: float, dt: float, height: Callable[[np.ndarray], float], x: float
+    ) -> tuple[float, float, float]:
+        """The shift [m] and the rate [m/s] at `time`, and the rate after the step of dt [s], for a free surface at
+        `height` [m] over points (dim - 1,), nan where there is none, and a piston that its own path has at x [m]."""
         face = x + self.shift
         at = face + 2 * self._h
-        found = [elevation(position, np.array([self._wall + at, *y]), self._spacing, self._h) for y in self._across]
-        excess = float(np.mean(found)) - self._level - self._surface(time, at)
-        wanted = -self._gain * (excess if math.isfinite(excess) else 0.0) - self.shift / self._recall
+        found = [height(np.array([self._wall + at, *y])) for y in self._across]
+        wet = [z for z in found if math.isfinite(z)]
+        excess = sum(wet) / len(wet) - self._level - self._surface(time, at) if wet else 0.0
+        excess *= excess**4 / (excess**4 + self._rough**4)
+        wanted = -self._gain * excess - self.shift / self._recall
         shift, rate = self.shift, self.rate
         self.rate += (wanted - rate) * dt / (self._lag + dt)
         self.rate = min(max(self.rate, (-self.furthest - shift) / dt), (self.furthest - shift) / dt)

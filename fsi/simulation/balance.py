@@ -6,9 +6,12 @@ import math
 
 import numpy as np
 
-from fsi.fluid.gauges import elevation, pressure_at
+from fsi.fluid.gauges import Surface, pressure_at
 from fsi.owners import FIRST_BODY, PISTON
 from fsi.sph.columns import corrector_sums
+
+FALL = 0.1  # of the depth: energy that is at hand in any fluid; its volume is right to some 0.1 %
+STILL = 1e-3  # speed of fluid that counts as still [m/s]
 
 
 class Balance:
@@ -26,21 +29,35 @@ class Balance:
         self.scene, self.fluid, self.bodies = scene, fluid, bodies
         k, dim = fluid.k, fluid.dim
         self.mass = float(k.mass)
-        r = np.ones(fluid.count) if fluid.relative is None else fluid.relative
-        summed = fluid.reductions.weighted
-        self.kinetic = 0.5 * self.mass * float(summed(r, (fluid.velocity**2).sum(1)))
-        self.potential = self._weight() * float(summed(r, fluid.position[:, -1]))
-        self.momentum = self.mass * summed(r, fluid.velocity)
-        self.energy_at_start = self.kinetic + self.potential
-        self.body_work = self.wavemaker_work = 0.0
+        self.body_work = self.wavemaker_work = self.force_work = 0.0
         self.volume = fluid.total_count * self._cell_volume()
         self.max_speed, self.dt, self.guarded = 0.0, 0.0, 0
         self.wrench = np.zeros((fluid.owners, 6))
-        self.exchanged_work = self.sponge_loss = 0.0
+        self.exchanged_work = self.sponge_loss = self._forced = 0.0
         self.momentum_residual, self.body_impulse_residual, self.audits = 0.0, 0.0, 0
         self._stopped = np.zeros((fluid.owners, 6))  # impulse of the wall guard, which bodies get in the step after
         self._before = None
         self._dim = dim
+        self._surface = Surface(fluid)
+        self._gone = np.zeros(dim)  # momentum of the particles that were lost before the last step
+        self.open()
+
+    def open(self) -> None:
+        """Open the balance with the fluid as it is: before the first step, after which no one sets velocities."""
+        fluid = self.fluid
+        r, summed = self._relative_density(), fluid.reductions.weighted
+        self.kinetic = 0.5 * self.mass * float(summed(r, (fluid.velocity**2).sum(1)))
+        self.potential = self._weight() * float(summed(r, fluid.position[:, -1]))
+        self.momentum = self.mass * summed(r, fluid.velocity)
+        self.energy_at_start = self.kinetic + self.potential
+        base = float(np.prod(np.subtract(self.scene.tank.max, self.scene.tank.min)[:-1]))
+        layers = self.scene.tank.min[-1] + (np.arange(fluid.count) + 0.5) * self._cell_volume() / base
+        flat = self._weight() * float(np.sort(r)[::-1] @ layers)  # the heaviest at the floor
+        fall = self._weight() * max(self.scene.spacing, FALL * fluid.depth) * float(r.sum())
+        self._available = self.kinetic + max(self.potential - flat, fall, 0.5 * self.mass * r.sum() * STILL**2)
+
+    def _relative_density(self) -> np.ndarray:
+        return np.ones(self.fluid.count) if self.fluid.relative is None else self.fluid.relative
 
     def _weight(self) -> float:
         return self.mass * self.scene.gravity
@@ -51,7 +68,8 @@ class Balance:
     def open_audit(self) -> None:
         """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
         forces = self.fluid.wrench(viscous=True, walls=True)[:, :3]
-        self._before = self.momentum.copy(), forces, self.mass * self.fluid.driven(), self.fluid.total_count
+        momentum = self.momentum - (self.mass * self.fluid.gone[: self._dim] - self._gone)
+        self._before = momentum, forces, self.mass * self.fluid.driven(), self.fluid.total_count
 
     def close(self, sums, impulse, wrench, twist, new_twist, dt) -> None:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
@@ -66,7 +84,10 @@ class Balance:
         self.wrench = wrench
         power = (wrench * 0.5 * (twist + new_twist)).sum(1)
         self.body_work += dt * power[FIRST_BODY:].sum()
-        self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum()
+        stops = (impulse * 0.5 * (twist + new_twist))[PISTON:FIRST_BODY].sum()  # by the wall guard
+        self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum() + stops
+        self._book_forces(dt)
+        self._gone = self.mass * self.fluid.gone[:dim]
         self.exchanged_work += dt * np.abs(power[PISTON:]).sum()
         self.sponge_loss += sums[place.loss]
         if self._before is not None:
@@ -74,6 +95,19 @@ class Balance:
                 self._audit_bodies(dt)
             self._audit(sums[place.damped : place.loss], impulse, dt)
         self._stopped = impulse
+
+    def _book_forces(self, dt) -> None:
+        """Work of the accelerations of all fluid besides gravity, along the way of the step, dt u."""
+        fluid, scene = self.fluid, self.scene.fluid
+        work = 0.0
+        if scene.acceleration is not None:
+            work += dt * float(np.dot(scene.acceleration, self.momentum))
+        if fluid.force.gradient is not None:
+            middle = fluid.position - 0.5 * dt * fluid.velocity
+            push = (middle @ fluid.force.gradient.T * fluid.velocity).sum(1)
+            work += dt * self.mass * float(fluid.reductions.weighted(self._relative_density(), push))
+        self.force_work += work
+        self._forced += abs(work)
 
     def _audit_bodies(self, dt) -> None:
         given = (self.wrench - self._stopped / dt)[FIRST_BODY:, :3]
@@ -100,8 +134,28 @@ class Balance:
 
     @property
     def dissipated(self) -> float:
-        """Energy the fluid has lost to viscosity, impacts, the sponge and the scheme itself [J]."""
-        return self.energy_at_start + self.wavemaker_work - self.body_work - self.kinetic - self.potential
+        """Energy the fluid has lost to viscosity, impacts, the sponge and the scheme itself [J]; what lost particles took
+        along is none of it."""
+        given = self.wavemaker_work + self.force_work - self.body_work
+        return self.energy_at_start + given - self.kinetic - self.potential - self.carried_away
+
+    @property
+    def carried_away(self) -> float:
+        """Kinetic and potential energy of the particles that were lost [J]."""
+        kinetic, height = self.fluid.gone[self._dim :]
+        return self.mass * kinetic + self._weight() * height
+
+    @property
+    def gained(self) -> float:
+        """Energy that has come from nowhere [J]: more than waves, bodies and body forces gave and the sponge left."""
+        return self.sponge_loss - self.dissipated
+
+    @property
+    def energy_scale(self) -> float:
+        """What `gained` is measured against [J]: the larger of the energy at hand and the work done, to and fro. At hand is
+        the kinetic energy at the start and the potential energy over that of the same liquids lying flat in the empty
+        tank, or of a fall by a tenth of the depth."""
+        return max(self._available, self.exchanged_work + self._forced)
 
     @property
     def work_residual(self) -> float | None:
@@ -119,6 +173,8 @@ class Balance:
             "potential_energy": self.potential,
             "wavemaker_work": self.wavemaker_work,
             "body_work": self.body_work,
+            "force_work": self.force_work,
+            "carried_away": self.carried_away,
             "dissipated_energy": self.dissipated,
             "sponge_loss": self.sponge_loss,
             "exchanged_work": self.exchanged_work,
@@ -148,9 +204,7 @@ class Balance:
         if scene.gauges:
             points = [(g.x,) if fluid.dim == 2 else (g.x, g.y) for g in scene.gauges.values()]
             level = scene.fluid.still_water_level
-            heights = [
-                elevation(*around(p, 2 * h, fluid.position), np.array(p), scene.spacing, h) - level for p in points
-            ]
+            heights = [self._surface(p) - level for p in points]
             out["elevation"] = np.array(heights)
         if scene.probes:
             weight = scene.fluid.density * scene.gravity

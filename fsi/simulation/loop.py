@@ -13,12 +13,14 @@ import numpy as np
 from fsi.compute.team import Team
 from fsi.errors import RunError
 from fsi.fluid.fluid import Fluid
+from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.geometry import piston_motion, wave_depth
 from fsi.scene.model import Scene
+from fsi.simulation.alarms import Alarms
 from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
 from fsi.simulation.motion import Motion, Movers
@@ -81,7 +83,7 @@ class Simulation:
             self.glue = Glue(self.fluid, bodies, layout.glued)
         self.balance = Balance(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
-        self._notes = list(layout.notes)
+        self._notes = [*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)]
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
         self._notes += self._limits.notes
@@ -91,6 +93,7 @@ class Simulation:
         self._passes = np.zeros(3)  # pressure updates, linear responses, most updates in a step
         self._due = {"series": 0.0, "particles": 0.0}
         self._stability = Stability(self)
+        self.alarms = Alarms(self)
         self.events: list[Event] = []
         self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
@@ -119,6 +122,8 @@ class Simulation:
 
     def step(self, until: float = math.inf) -> None:
         """One coupled step, in the order of the data."""
+        if self.step_count == 0:
+            self.balance.open()
         if self.step_count == 0 and self.bodies:
             self._speed = max(self._speed, self._stability.fastest_body())
         dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
@@ -195,6 +200,7 @@ class Simulation:
         finite = bool(np.isfinite(sums).all() and np.isfinite(wrench).all())
         before, after, load = (array[FIRST_BODY:] for array in (motion.twist, new_twist, wrench))
         self._stability.check(before, after, load, finite, self._speed)
+        self.alarms.check(self._stability.kept)
 
     # -------------------------------------------------------------------------------------- watching
 
@@ -210,8 +216,10 @@ class Simulation:
         """The last events of a run: what was still going on, the warnings, and how it ended."""
         for event in self._watch.finish(self.now):
             self._tell(event)
+        told = {event.text for event in self.events}
         for line in self.warnings:
-            self.report("warning", line)
+            if line not in told:
+                self.report("warning", line)
         self.report(level, text)
 
     def _tell(self, event: Event) -> None:
@@ -249,7 +257,8 @@ class Simulation:
     @property
     def warnings(self) -> list[str]:
         """What the user should know of this run so far."""
-        return self._notes + [note for part in (self.bodies, self.coupler) if part for note in part.notes]
+        parts = self.bodies, self.coupler, self.alarms
+        return self._notes + [note for part in parts if part for note in part.notes]
 
     @property
     def threads(self) -> int:
@@ -283,5 +292,5 @@ class Simulation:
         }
 
     def audit(self) -> dict:
-        """Balance of energy and momentum, for `run.json`."""
-        return self.balance.audit()
+        """Balance of energy and momentum and what was lost, for `run.json`."""
+        return self.balance.audit() | self.alarms.audit()

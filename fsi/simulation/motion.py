@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsi.fluid.fluid import Fluid
+from fsi.fluid.gauges import Surface
 from fsi.owners import FIRST_BODY, PISTON
 from fsi.protocols import BodyMotion, BodySet
 
@@ -27,6 +28,7 @@ class Movers:
 
     def __init__(self, fluid: Fluid, piston, bodies: BodySet | None, absorber=None):
         self.fluid, self.piston, self.bodies, self.absorber = fluid, piston, bodies, absorber
+        self._surface = Surface(fluid) if absorber else None
         self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
         self._start = fluid.boundary[fluid.of_owner(PISTON)].copy()
         self._local = []  # boundary particles of each body in its own frame, about its centre of mass
@@ -53,7 +55,7 @@ class Movers:
         if self.piston:
             (x, u, _), (_, next_u, _) = self.piston(time), self.piston(time + dt)
             if self.absorber:
-                shift, rate, next_rate = self.absorber.step(time, dt, fluid.position, x)
+                shift, rate, next_rate = self.absorber.step(time, dt, self._surface, x)
                 x, u, next_u = x + shift, u + rate, next_u + next_rate
             twist[PISTON, 0], others[PISTON, 0] = u, (next_u - u) / dt
             along = np.eye(fluid.dim)[0]

@@ -39,7 +39,6 @@ class Stability:
 
     def __init__(self, sim):
         self._sim, scene, fluid = sim, sim.scene, sim.fluid
-        self._started_with = fluid.total_count
         wave_speed = math.sqrt(scene.gravity * fluid.depth)
         start = float(np.sqrt(fluid.reductions.largest((fluid.velocity**2).sum(1))))
         self._fastest_fluid = FLUID_LIMIT * max(wave_speed, start, scene.spacing)
@@ -69,12 +68,10 @@ class Stability:
             fault = "a velocity or a force is no longer finite"
         elif speed > self._fastest_fluid:
             fault = f"the fluid moves at {speed:.3g} m/s"
-        elif sim.fluid.total_count < 0.5 * self._started_with:
-            fault = f"{sim.fluid.lost} of {self._started_with} particles have left the tank"
         else:
             return
-        advice = "try a smaller numerics.mach or numerics.courant, or a finer spacing"
-        raise RunError(f"unstable at {self._when()}: {fault}; {advice}{self._kept()}")
+        advice = sim.alarms.doubled_walls or "try a smaller numerics.mach or numerics.courant, or a finer spacing"
+        raise RunError(f"unstable at {self._when()}: {fault}; {advice}{self.kept}")
 
     def failed(self, fault: RunError) -> RunError:
         """What to raise where the bodies could not be moved: names the fastest one."""
@@ -100,7 +97,7 @@ class Stability:
                     name = sim.bodies.names[int(np.flatnonzero(gone)[0])]
                     raise RunError(
                         f"body {name!r} has left the tank through its {wall} wall at {self._when()}: walls hold water, not "
-                        f"bodies; add a geom to the MJCF file for it to touch, a plane for a wall{self._kept()}"
+                        f"bodies; add a geom to the MJCF file for it to touch, a plane for a wall{self.kept}"
                     )
 
     def _check_bodies(self, before: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> None:
@@ -128,7 +125,7 @@ class Stability:
         what = f"{motion}, {fault}" if fault else motion
         name = sim.bodies.names[b]
         return RunError(
-            f"body {name!r} is unstable at {self._when()}: {what}; {inertia}{sim.coupler.advice}{self._kept()}"
+            f"body {name!r} is unstable at {self._when()}: {what}; {inertia}{sim.coupler.advice}{self.kept}"
         )
 
     def _speeds(self, twist: np.ndarray) -> np.ndarray:
@@ -139,5 +136,7 @@ class Stability:
     def _when(self) -> str:
         return f"t = {self._sim.time:.4g} s (step {self._sim.step_count})"
 
-    def _kept(self) -> str:
+    @property
+    def kept(self) -> str:
+        """What the log holds, to end an error with."""
         return "" if self.logged is None else f"; the log holds the run up to t = {self.logged:.4g} s"

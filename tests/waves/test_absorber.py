@@ -58,7 +58,7 @@ def test_the_surface_of_every_kind_of_waves():
     np.testing.assert_allclose((motion.speed * eta / (DEPTH + eta))[inside], path[inside, 1], rtol=1e-6)
 
 
-def test_what_the_piston_answers_to_a_wave_is_not_reflected(monkeypatch):
+def test_what_the_piston_answers_to_a_wave_is_not_reflected():
     """A wave e comes in and o goes out: the surface stands at e + o, and the piston's velocity is (o - e) over the gain.
     Here e is a wave of the very period that the gain is for; the correction's lag and its recall leave some of it."""
     at = scene(wave_height=0.1, period=2.5, order=1)
@@ -67,24 +67,23 @@ def test_what_the_piston_answers_to_a_wave_is_not_reflected(monkeypatch):
     omega, dt, expected = 2 * math.pi / 2.5, 4e-3, at.waves.surface(motion, DEPTH, G)
     outgoing, state = [], {}
 
-    def level(position, point, spacing, h):
-        assert point[0] == pytest.approx(1.0 + state["face"] + 2 * h)
+    def level(point):
+        assert point[0] == pytest.approx(1.0 + state["face"] + 2 * at.smoothing_length)
         return state["made"] + state["in"] + state["out"]
 
-    monkeypatch.setattr(absorber, "elevation", level)
     for t in np.arange(0, 20, dt):
         state["face"] = face = motion(t)[0] + control.shift
         state["made"] = expected(t, face + 2 * at.smoothing_length)
         state["in"] = 0.03 * math.sin(omega * t)
         state["out"] = state["in"] + control.rate / at.waves.gain(DEPTH, G)
         before = control.shift
-        _, _, after = control.step(t, dt, None, motion(t)[0])
+        _, _, after = control.step(t, dt, level, motion(t)[0])
         assert control.shift == pytest.approx(before + dt * after)
         outgoing.append(state["out"])
     assert np.abs(outgoing[3000:]).max() < 0.06 * 0.03
 
 
-def test_without_waves_coming_back_the_piston_returns_to_its_path(monkeypatch):
+def test_without_waves_coming_back_the_piston_returns_to_its_path():
     at = scene(kind="solitary", wave_height=0.1)
     motion = piston(at.waves, DEPTH, G)
     control = absorber.Absorber(at, motion, DEPTH)
@@ -94,27 +93,33 @@ def test_without_waves_coming_back_the_piston_returns_to_its_path(monkeypatch):
     for t in times:
         x = motion(t)[0]
         made = expected(t, x + control.shift + 2 * at.smoothing_length)
-        monkeypatch.setattr(absorber, "elevation", lambda *_, made=made: made)
-        control.step(t, 0.01, None, x)
+        control.step(t, 0.01, lambda _, made=made: made, x)
     decay = math.exp(-60 / (absorber.RECALL * math.sqrt(DEPTH / G)))
     assert control.shift == pytest.approx(0.05 * decay, rel=0.05)
 
 
-def test_the_piston_keeps_to_the_room_it_has(monkeypatch):
+def test_the_piston_keeps_to_the_room_it_has():
     at = scene(kind="solitary", wave_height=0.1)
     motion = piston(at.waves, DEPTH, G)
     control = absorber.Absorber(at, motion, DEPTH)
     back, forth = at.waves.excursion(motion)
-    monkeypatch.setattr(absorber, "elevation", lambda *_: 5.0)
     for n in range(2000):
-        control.step(n * 0.01, 0.01, None, 0.0)
+        control.step(n * 0.01, 0.01, lambda _: 5.0, 0.0)
         assert back <= control.shift <= forth
     assert control.shift == pytest.approx(back)
-    monkeypatch.setattr(absorber, "elevation", lambda *_: math.nan)  # no water at the piston: no correction
-    assert control.step(99.0, 0.01, None, 0.0)[2] > 0
+    assert control.step(99.0, 0.01, lambda _: math.nan, 0.0)[2] > 0  # no water at the piston: no correction
 
 
-def test_in_three_dimensions_the_surface_is_read_across_the_tank(monkeypatch):
+def test_the_settling_of_still_water_moves_the_piston_by_less_than_it_settles():
+    at = scene(kind="solitary", wave_height=0.1, start=1000.0)
+    control = absorber.Absorber(at, piston(at.waves, DEPTH, G), DEPTH)
+    settled = 0.07 * at.spacing
+    for n in range(6000):
+        control.step(n * 0.01, 0.01, lambda _: -settled, 0.0)
+    assert 0 < control.shift < settled
+
+
+def test_in_three_dimensions_the_surface_is_read_across_the_tank():
     box = Scene.model_validate(
         {
             "dimension": 3,
@@ -125,8 +130,7 @@ def test_in_three_dimensions_the_surface_is_read_across_the_tank(monkeypatch):
         }
     )
     control, places = absorber.Absorber(box, piston(box.waves, DEPTH, G), DEPTH), []
-    monkeypatch.setattr(absorber, "elevation", lambda position, point, *_: places.append(point) or 0.0)
-    control.step(0.0, 0.01, None, 0.0)
+    control.step(0.0, 0.01, lambda point: places.append(point) or 0.0, 0.0)
     x = 2 * box.smoothing_length
     np.testing.assert_allclose(places, [(x, -0.2), (x, 1.0), (x, 2.2)])
 
