@@ -9,10 +9,11 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, FluidLoads
 from fsi.scene.model import MotionTable, Oscillation
+from fsi.state import Remembers
 from fsi.waves import RegularPiston, TablePiston
 
 
-class Prescribed:
+class Prescribed(Remembers):
     """Places the bodies exactly on their motion, which is the position of each named joint [rad or m].
 
     The fluid feels the mean joint acceleration over the step, (v(t + dt) - v(t)) / dt, that takes the bodies from one

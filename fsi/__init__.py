@@ -14,6 +14,7 @@ _HOMES = {
     "run": "fsi.runner",
     "check": "fsi.runner",
     "sweep": "fsi.runner",
+    "open": "fsi.session",
     "load_run": "fsi.record.run_folder",
 }
 

@@ -8,14 +8,12 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-import time
 from collections.abc import Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsi.errors import RunError
-from fsi.extras import require
+from fsi.plugins import bind
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.check import scene_warnings
 from fsi.scene.file import load_scene
@@ -65,6 +63,7 @@ def run(
     folder = RunFolder.choose(scene, out)
     from fsi.progress import Progress
     from fsi.record.background import open_recorders
+    from fsi.simulation.logged import logged
     from fsi.simulation.loop import Simulation
 
     viewer = _viewer() if live else None
@@ -73,10 +72,9 @@ def run(
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
     with (
-        _manifest(folder, sim),
         _watched(viewer, say),
+        logged(sim, folder, recorders, say),
         Progress(scene.duration, quiet=quiet) as progress,
-        _closing(recorders, sim),
         _interruption(say) as interrupted,
     ):
 
@@ -186,28 +184,6 @@ def _load(
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
 
 
-def bind(scene: Scene, label: str) -> tuple:
-    """The bodies, the coupler and the ground of a scene, each None where it has none."""
-    bodies = coupler = ground = None
-    if scene.bodies:
-        require("mujoco", "bodies", "a scene with bodies")
-        from bodies import load
-        from couplers import make
-
-        bodies = load(scene, label)
-        coupler = make(scene.coupler, bodies, label)
-    if scene.tank.bathymetry:
-        require("trimesh", "bodies", "a bathymetry")
-        from bodies import mesh_solid
-
-        margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
-        low, high = (
-            [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
-        )
-        ground = mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
-    return bodies, coupler, ground
-
-
 def _viewer():
     from fsi.record.viewer import WebViewer
 
@@ -226,65 +202,6 @@ def _watched(viewer, say):
         say(f"live view: {viewer.page}")
         open_browser(viewer.page)
         yield
-
-
-@contextmanager
-def _manifest(folder: RunFolder, sim):
-    """Keep `run.json` true, however the run inside ends; an interruption is swallowed, an error passes on."""
-    start, status, reason = time.perf_counter(), "failed", ""
-    try:
-        yield
-        status = "done"
-    except KeyboardInterrupt:
-        status, reason = "interrupted", "stopped by a signal"
-    except BaseException as error:
-        reason = str(error) or type(error).__name__
-        raise
-    finally:
-        facts = {
-            "status": status,
-            "reason": reason,
-            "steps": sim.step_count,
-            "simulated_seconds": sim.time,
-            "wall_seconds": time.perf_counter() - start,
-            "memory_bytes": sim.memory_bytes,
-            "phases": sim.phases,
-            "audit": sim.audit(),
-            **({"coupling": sim.coupling()} if sim.bodies else {}),
-            "warnings": sim.warnings,
-            "events": [{"time": e.moment.time, "level": e.level, "text": e.text} for e in sim.events],
-        }
-        _write(folder, facts)
-
-
-def _write(folder: RunFolder, facts: dict) -> None:
-    try:
-        folder.write(**facts)
-    except OSError as fault:
-        raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
-
-
-@contextmanager
-def _closing(recorders: list, sim):
-    """Close the streams after a last event that says how the run ended; of two errors the run's own is the one seen."""
-    try:
-        yield
-    except BaseException as error:
-        level, text = ("warning", "interrupted") if isinstance(error, KeyboardInterrupt) else ("error", str(error))
-        try:
-            _close(recorders, sim, level, text)
-        except RunError as second:
-            _say(str(second))
-        raise
-    _close(recorders, sim, "info", "done")
-
-
-def _close(recorders: list, sim, level: str, text: str) -> None:
-    try:
-        sim.finish(level, text)
-    finally:
-        for recorder in recorders:
-            recorder.end()
 
 
 @contextmanager

@@ -25,6 +25,10 @@ from fsi.particles.rows import gather, largest_change, pack_fluid
 from fsi.scene.model import Scene
 from fsi.sph import columns, corrector, predictor, pressure, walls
 
+_PARTICLES = ("position", "velocity", "pressure_values", "label", "_acceleration")
+_BOUNDARY = ("boundary", "boundary_velocity", "boundary_normal")
+_COUNTS = ("lost", "sweeps", "most_sweeps", "unsolved")
+
 
 class Fluid:
     """State and sweeps of the fluid and its boundary.
@@ -419,6 +423,34 @@ class Fluid:
         self.periodic.mirror(self._twin, slice(self.dim, None))
         self._field, self._twin = self._twin, self._field
         response.swap()
+
+    def state(self) -> dict:
+        """The particles in their order, the boundary, and the counts of sweeps and losses (`fsi.protocols.Stateful`)."""
+        names = [
+            *_PARTICLES,
+            *_BOUNDARY,
+            *(["boundary_skin"] if self.boundary_skin is not self.boundary_velocity else []),
+        ]
+        arrays = {name: a.copy() for name in names if (a := getattr(self, name)) is not None}
+        counts = {name: getattr(self, name) for name in _COUNTS}
+        return arrays | counts | {"rheology": self.rheology.state() if self.rheology else None}
+
+    def restore(self, state: dict) -> None:
+        """Go on from a state of the same scene. Raises ValueError where it is one of another number of particles."""
+        if len(state["boundary"]) != len(self.boundary) or len(state["position"]) > len(self.position):
+            raise ValueError("the state is one of other particles")
+        for name in _PARTICLES:
+            setattr(self, name, state[name].astype(getattr(self, name).dtype))
+        self.boundary_skin = self.boundary_velocity
+        if "boundary_skin" in state:
+            self.boundary_skin = state["boundary_skin"].copy()
+        for name in _BOUNDARY:
+            if (array := getattr(self, name)) is not None:
+                array[:] = state[name]
+        for name in _COUNTS:
+            setattr(self, name, state[name])
+        if self.rheology:
+            self.rheology.restore(state["rheology"])
 
     @property
     def nbytes(self) -> int:

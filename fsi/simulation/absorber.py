@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from fsi.fluid.gauges import elevation
+from fsi.state import Remembers
 from fsi.waves import Motion, piston_transfer, wavenumber
 from fsi.waves.surface import surface
 
@@ -14,7 +15,7 @@ LAG = 0.1  # time constant of the correction [sqrt(depth / g)], against the roug
 RECALL = 50.0  # time constant with which the piston returns to its path [sqrt(depth / g)]
 
 
-class Absorber:
+class Absorber(Remembers):
     """What the piston of a scene moves besides its own path.
 
     A wave of elevation e that comes in and is not reflected lifts the surface at the piston by e and asks the piston to
@@ -22,6 +23,8 @@ class Absorber:
     Ocean Eng. 126, 88-97). e is what the surface, 2 h before the piston, stands above the waves that are made. `shift`
     [m] and `rate` [m/s] are all its state.
     """
+
+    remembered = ("shift", "rate")
 
     def __init__(self, scene, motion: Motion, depth: float):
         g, waves = scene.gravity, scene.waves

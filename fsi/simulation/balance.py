@@ -9,9 +9,10 @@ import numpy as np
 from fsi.fluid.gauges import elevation, pressure_at
 from fsi.particles.layout import FIRST_BODY, PISTON
 from fsi.sph import corrector
+from fsi.state import Remembers
 
 
-class Balance:
+class Balance(Remembers):
     """Energies [J], work [J] and the audit of a simulation.
 
     At every logged step the audit compares the change of the fluid's momentum with the impulse of gravity and other body
@@ -21,6 +22,12 @@ class Balance:
     `exchanged_work` sums the work between the fluid and what moves in it, to and fro; `work_residual` is the share of it
     that the fluid lost over and above that work and the sponge's loss: to viscosity, impacts and the scheme itself.
     """
+
+    remembered = (
+        "kinetic", "potential", "momentum", "energy_at_start", "body_work", "wavemaker_work", "volume", "max_speed", "dt",
+        "guarded", "wrench", "exchanged_work", "sponge_loss", "momentum_residual", "body_impulse_residual", "audits",
+        "_stopped",
+    )  # fmt: skip
 
     def __init__(self, scene, fluid, bodies):
         self.scene, self.fluid, self.bodies = scene, fluid, bodies
