@@ -15,6 +15,7 @@ _HOMES = {
     "check": "fsi.runner",
     "sweep": "fsi.runner",
     "open": "fsi.session",
+    "resume": "fsi.resume",
     "load_run": "fsi.record.run_folder",
 }
 

@@ -88,8 +88,8 @@ def run(
                 f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps, "
                 f"{result.wall_seconds:.1f} s of wall time"
             )
-        if result.status == "interrupted":
-            raise typer.Exit(INTERRUPTED)
+        if result.exit_code:
+            raise typer.Exit(result.exit_code)
 
 
 @app.command()
@@ -135,6 +135,32 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"{estimate['snapshot_particles']} particles, {estimate['snapshot_bytes'] / 1e3:.3g} kB each, and "
         f"{estimate['series_frames']} frames of series, {estimate['series_bytes'] / 1e3:.3g} kB each",
     ]
+
+
+@app.command()
+def resume(
+    directory: RunDirectory,
+    until: Until = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+) -> None:
+    """Go on with a run that was interrupted or killed, from its last checkpoint."""
+    from fsi.resume import resume as go_on
+
+    with exit_codes():
+        result = go_on(directory, until=until, threads=threads, quiet=quiet)
+        print(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
+        if result.exit_code:
+            raise typer.Exit(result.exit_code)
+
+
+@app.command()
+def recover(directory: RunDirectory) -> None:
+    """Complete the log of a run that was killed, so that any MCAP reader opens it."""
+    from fsi.resume import recover as complete
+
+    with exit_codes():
+        print(complete(directory))
 
 
 @app.command()

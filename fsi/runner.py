@@ -5,9 +5,7 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
 from collections.abc import Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,6 +29,7 @@ class Run:
     steps: int
     simulated_seconds: float
     wall_seconds: float
+    exit_code: int = 0  # of the command
 
     def load(self):
         """The time series as an `xarray.Dataset`, see `fsi.load_run`."""
@@ -52,7 +51,8 @@ def run(
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
     `live` shows the timeline in the browser as the run goes on, on this machine only.
-    SIGINT and SIGTERM end the run after the step in hand, with status `interrupted`; a second SIGINT ends it at once.
+    SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
+    a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
     scene, label = _load(scene, overrides, until, level)
@@ -61,9 +61,7 @@ def run(
     for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
         say(line)
     folder = RunFolder.choose(scene, out)
-    from fsi.progress import Progress
     from fsi.record.background import open_recorders
-    from fsi.simulation.logged import logged
     from fsi.simulation.loop import Simulation
 
     viewer = _viewer() if live else None
@@ -71,23 +69,22 @@ def run(
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
-    with (
-        _watched(viewer, say),
-        logged(sim, folder, recorders, say),
-        Progress(scene.duration, quiet=quiet) as progress,
-        _interruption(say) as interrupted,
-    ):
+    return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
 
-        def on_step(sim) -> None:
-            progress(sim)
-            if interrupted.is_set():
-                raise KeyboardInterrupt
 
-        sim.run(scene.duration, on_step)
+def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False) -> Run:
+    """Run a simulation to `until` [s] in its folder, with a line of progress."""
+    from fsi.progress import Progress
+    from fsi.simulation.logged import carry_out
+    from fsi.simulation.signals import exit_code
+
+    with _watched(viewer, say), Progress(until, quiet=quiet) as progress:
+        number = carry_out(sim, folder, recorders, until, progress, say)
     for line in sim.warnings:
         say(line)
     facts = folder.manifest
-    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"])
+    code = exit_code(number) if facts["status"] == "interrupted" else 0
+    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"], code)
 
 
 def check(
@@ -202,27 +199,6 @@ def _watched(viewer, say):
         say(f"live view: {viewer.page}")
         open_browser(viewer.page)
         yield
-
-
-@contextmanager
-def _interruption(say):
-    """An event that SIGINT and SIGTERM set. Outside the main thread signals are left alone."""
-    event = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-
-    def handle(number, _) -> None:
-        event.set()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        say("stopping after this step; press Ctrl-C again to stop at once")
-
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield event
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _say(line: str) -> None:

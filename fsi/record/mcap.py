@@ -3,12 +3,14 @@
 Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
 (foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log), `/particles`
 (foxglove.PointCloud) with `output.cloud`. The log time is the simulated time, the sequence number the step. Chunks are
-small and written out at once, so that a killed run loses the last one only.
+small, and closed after a second of wall time at the latest, so that a killed run loses no more than that.
 """
 
 from __future__ import annotations
 
 import json
+import os
+import time as clock
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +32,7 @@ from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
 CHUNK_BYTES = 16 * 1024  # before compression: about ten frames of a scene with one body
+WAIT = 1.0  # wall time [s] after which a chunk is closed though it is small, so that a kill costs no more
 WORLD = "world"
 POSES = {"body": ("body_position", "body_quaternion"), "dry_body": ("dry_position", "dry_quaternion")}  # are on /tf
 
@@ -52,10 +55,15 @@ SeriesMessage = _series_message()
 
 
 class McapRecorder:
-    """Writes `run.mcap`; OSError where the file cannot be written."""
+    """Writes `run.mcap`; OSError where the file cannot be written.
 
-    def __init__(self, path: Path):
-        self._path = path
+    With `keep` it goes on after so many messages of the file that is there: they are written anew by the same calls as the
+    first time, so that the whole log is the one of a run that was never stopped.
+    """
+
+    def __init__(self, path: Path, keep: int | None = None):
+        self._path, self._keep, self._count = path, keep, 0
+        self._open_since: float | None = None  # wall time of the oldest message that is not in the file yet
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         self._names = labels(scene, bodies)
@@ -63,7 +71,8 @@ class McapRecorder:
         self._scene_name, self._cloud = scene.name, scene.output.fields if scene.output.cloud else ()
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
-        self._file = self._path.open("wb")
+        new = self._path if self._keep is None else self._path.with_suffix(".mcap.new")
+        self._file = new.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="spindrift")
         facts = {
@@ -77,7 +86,41 @@ class McapRecorder:
             "toml": resolved_toml(scene),
         }
         self._writer.add_metadata("scene", facts)
+        if self._keep is not None:
+            self._repeat()
+            self._settle()
+            os.replace(new, self._path)
         self._file.flush()
+
+    def _repeat(self) -> None:
+        """Write the messages anew that the file holds."""
+        from fsi.record.mcap_reader import messages
+
+        kinds = {"/tf": FrameTransforms, "/events": LogMessage, "/particles": PointCloud}
+        for channel, message in messages(self._path):
+            if self._count == self._keep:
+                break
+            if channel.topic not in self._channels:
+                self._open(channel.topic, kinds.get(channel.topic, SeriesMessage), channel.metadata)
+            self._put(self._channels[channel.topic], message.log_time, message.data, message.sequence)
+        if self._count < self._keep:
+            raise OSError(f"{self._path} holds {self._count} messages where the checkpoint has {self._keep}")
+
+    def position(self) -> dict[str, int]:
+        """Messages so far, all of which are on the disk when this returns."""
+        self._settle()
+        os.fsync(self._file.fileno())
+        return {"messages": self._count}
+
+    def tick(self) -> None:
+        """Called about every second: what has waited for so long goes into the file."""
+        if self._open_since is not None and clock.monotonic() - self._open_since > WAIT:
+            self._settle()
+
+    def _settle(self) -> None:
+        self._writer.flush()  # closes the chunk
+        self._file.flush()
+        self._open_since = None
 
     def series(self, frame: Frame) -> None:
         stamp = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time).SerializeToString()
@@ -159,8 +202,12 @@ class McapRecorder:
         self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, schema, facts)
 
     def _add(self, topic: str, data: bytes, time: float, step: int) -> None:
-        stamp = _nanoseconds(time)
-        self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
+        self._put(self._channels[topic], _nanoseconds(time), data, step)
+
+    def _put(self, channel: int, stamp: int, data: bytes, step: int) -> None:
+        self._writer.add_message(channel, stamp, data, stamp, sequence=step)
+        self._count += 1
+        self._open_since = self._open_since or clock.monotonic()
 
 
 def _nanoseconds(time: float) -> int:

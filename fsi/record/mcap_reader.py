@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,11 +14,12 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 from mcap.exceptions import McapError
-from mcap.records import Channel, Footer, Message, Metadata
+from mcap.records import Channel, Footer, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
 
 from fsi.errors import SceneError
-from fsi.record.mcap import POSES, SeriesMessage
+from fsi.record.mcap import CHUNK_BYTES, POSES, SeriesMessage
 from fsi.record.series import SERIES
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -75,6 +77,43 @@ def read_log(path: Path) -> RunLog:
     times = np.array([raw.times[step] for step in steps], float).reshape(-1, 2)
     variables = {name: _variable(name, raw, steps) for name in raw.rows}
     return RunLog(times[:, 0], steps, times[:, 1], variables, raw.events, raw.scene, raw.complete)
+
+
+def messages(path: Path) -> Iterator[tuple[Channel, Message]]:
+    """The messages that are whole, in the order of the file, each with its channel."""
+    return (record for record in _records(path) if isinstance(record, tuple))
+
+
+def rewrite(path: Path) -> tuple[int, bool]:
+    """Bring a log that was cut off into a whole file, with its end and its summary; its messages, and whether it was whole
+    already (then nothing is done). Raises SceneError where it cannot be read."""
+    if read_log(path).complete:
+        return sum(1 for _ in messages(path)), True
+    new, schemas, channels, count = path.with_suffix(".mcap.new"), {}, {}, 0
+    with new.open("wb") as file:
+        writer = Writer(file, chunk_size=CHUNK_BYTES)
+        writer.start(profile="", library="spindrift")
+        kinds: dict[int, Schema] = {}
+        for record in _records(path):
+            if isinstance(record, Schema):
+                kinds[record.id] = record
+            elif isinstance(record, Metadata):
+                writer.add_metadata(record.name, record.metadata)
+            elif isinstance(record, tuple):
+                channel, message = record
+                if channel.id not in channels:
+                    schema = kinds[channel.schema_id]
+                    if schema.id not in schemas:
+                        schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+                    channels[channel.id] = writer.register_channel(
+                        channel.topic, channel.message_encoding, schemas[schema.id], channel.metadata
+                    )
+                times = message.log_time, message.data, message.publish_time, message.sequence
+                writer.add_message(channels[channel.id], *times)
+                count += 1
+        writer.finish()
+    os.replace(new, path)
+    return count, False
 
 
 def _records(path: Path) -> Iterator:
