@@ -24,7 +24,7 @@ import numpy as np
 from cases.bench.identity import CHANNEL, LAYERS, SEA
 from fsi.errors import SceneError
 from fsi.record.run_folder import load_run, read_manifest
-from fsi.resume import recover, resume
+from fsi.resuming import recover, resume
 from fsi.runner import run
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene

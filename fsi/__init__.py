@@ -15,7 +15,7 @@ _HOMES = {
     "check": "fsi.runner",
     "sweep": "fsi.runner",
     "open": "fsi.session",
-    "resume": "fsi.resume",
+    "resume": "fsi.resuming",
     "load_run": "fsi.record.run_folder",
 }
 

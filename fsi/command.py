@@ -145,7 +145,7 @@ def resume(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
 ) -> None:
     """Go on with a run that was interrupted or killed, from its last checkpoint."""
-    from fsi.resume import resume as go_on
+    from fsi.resuming import resume as go_on
 
     with exit_codes():
         result = go_on(directory, until=until, threads=threads, quiet=quiet)
@@ -157,7 +157,7 @@ def resume(
 @app.command()
 def recover(directory: RunDirectory) -> None:
     """Complete the log of a run that was killed, so that any MCAP reader opens it."""
-    from fsi.resume import recover as complete
+    from fsi.resuming import recover as complete
 
     with exit_codes():
         print(complete(directory))

@@ -124,8 +124,8 @@ class Background:
                     self._try(self._arrive, *arguments)
                     continue
                 for recorder in self._recorders:
-                    if call := getattr(recorder, method, None):  # `tick` is for those that hold something back
-                        self._try(call, *arguments)
+                    if method != "tick" or hasattr(recorder, method):  # only those that hold something back have one
+                        self._try(getattr(recorder, method), *arguments)
         for recorder in self._recorders:
             self._try(recorder.end, even_after_fault=True)
 
