@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +20,7 @@ from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 
-FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
+FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
 app = typer.Typer(
     help="Explicit incompressible SPH, coupled to rigid bodies in MuJoCo.",
@@ -126,6 +127,10 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"measured: {estimate['seconds_per_step']:.3g} s a step (median of {estimate['measured_steps']}, "
         f"threads: {estimate['threads']}), time step {estimate['time_step']:.3g} s"
     ] if "measured_steps" in estimate else []  # fmt: skip
+    checkpoints = [
+        f"checkpoints: {estimate['checkpoint_bytes'] / 1e6:.3g} MB each, the last two are kept; copying them takes about "
+        f"{100 * estimate['checkpoint_share']:.2g} % of the run time"
+    ] if estimate.get("checkpoint_bytes") else []  # fmt: skip
     return [
         f"particles: {sum(particles.values())} ({counts})",
         f"memory: {estimate['memory_bytes'] / 1e6:.0f} MB",
@@ -134,6 +139,7 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"log: about {estimate['log_bytes'] / 1e6:.3g} MB: {estimate['snapshots']} snapshots of "
         f"{estimate['snapshot_particles']} particles, {estimate['snapshot_bytes'] / 1e3:.3g} kB each, and "
         f"{estimate['series_frames']} frames of series, {estimate['series_bytes'] / 1e3:.3g} kB each",
+        *checkpoints,
     ]
 
 
@@ -307,5 +313,12 @@ def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The fo
 
 
 def main() -> None:
-    """The command `fsi`."""
-    app()
+    """The command `fsi`. After a signal nothing is waited for any more: queues kill what lingers."""
+    try:
+        app()
+    except SystemExit as ended:
+        if ended.code not in (INTERRUPTED, TERMINATED):
+            raise
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(ended.code)

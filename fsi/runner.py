@@ -103,11 +103,12 @@ def check(
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     scene, label = _load(scene, overrides, until, level)
     bodies, coupler, ground = bind(scene, label)
-    from fsi.estimate import estimate, measured
+    from fsi.estimate import checkpoint_cost, estimate, measured
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
     notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    cost |= checkpoint_cost(scene, cost)
     if measure:
         cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured

@@ -39,7 +39,8 @@ class Variable:
 @dataclass
 class RunLog:
     """All of a log: `time` [s], `step` and `wall_time` [s] (times,), the variables by name, the events (time, level,
-    text), facts on the scene, and whether the log was closed (False after a kill)."""
+    text), facts on the scene, and whether the log was closed (False after a kill). `partial` is the step of a last frame
+    that a kill has cut in two, which is left out; None where there is none."""
 
     time: np.ndarray
     step: np.ndarray
@@ -48,6 +49,7 @@ class RunLog:
     events: list[tuple[float, str, str]]
     scene: dict[str, str]
     complete: bool
+    partial: int | None = None
 
 
 @dataclass
@@ -73,10 +75,21 @@ def read_log(path: Path) -> RunLog:
             raw.complete = True
         elif isinstance(record, tuple):
             _sort_in(raw, *record)
+    partial = _partial(raw)
+    raw.times.pop(partial, None)
     steps = np.array(sorted(raw.times), np.int64)
     times = np.array([raw.times[step] for step in steps], float).reshape(-1, 2)
     variables = {name: _variable(name, raw, steps) for name in raw.rows}
-    return RunLog(times[:, 0], steps, times[:, 1], variables, raw.events, raw.scene, raw.complete)
+    return RunLog(times[:, 0], steps, times[:, 1], variables, raw.events, raw.scene, raw.complete, partial)
+
+
+def _partial(raw: _Raw) -> int | None:
+    """The step of the last frame of a log that was cut off, where it lacks a series that the frame before has."""
+    steps = sorted({step for rows in raw.rows.values() for step in rows})[-2:]
+    if raw.complete or len(steps) < 2:
+        return None
+    lacks = any(steps[0] in rows and steps[1] not in rows for rows in raw.rows.values())
+    return steps[1] if lacks else None
 
 
 def messages(path: Path) -> Iterator[tuple[Channel, Message]]:
@@ -87,7 +100,8 @@ def messages(path: Path) -> Iterator[tuple[Channel, Message]]:
 def rewrite(path: Path) -> tuple[int, bool]:
     """Bring a log that was cut off into a whole file, with its end and its summary; its messages, and whether it was whole
     already (then nothing is done). Raises SceneError where it cannot be read."""
-    if read_log(path).complete:
+    log = read_log(path)
+    if log.complete:
         return sum(1 for _ in messages(path)), True
     new, schemas, channels, count = path.with_suffix(".mcap.new"), {}, {}, 0
     with new.open("wb") as file:
@@ -101,6 +115,8 @@ def rewrite(path: Path) -> tuple[int, bool]:
                 writer.add_metadata(record.name, record.metadata)
             elif isinstance(record, tuple):
                 channel, message = record
+                if message.sequence == log.partial and channel.topic != "/events":
+                    continue
                 if channel.id not in channels:
                     schema = kinds[channel.schema_id]
                     if schema.id not in schemas:

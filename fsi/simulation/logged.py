@@ -63,8 +63,9 @@ def _leave(sim: Simulation, folder: RunFolder, recorders: list[Recorder], name: 
     """Complete the log and `run.json` from another thread, while the step in hand goes on, and will not be waited for."""
     event = Event(sim.now, "warning", f"interrupted by {name} within a step")
     for recorder in recorders:
-        recorder.event(event)
-        recorder.end()
+        with suppress(Exception):  # the run may be closing it just now
+            recorder.event(event)
+            recorder.end()
     facts = {"steps": sim.step_count, "simulated_seconds": sim.time, "wall_seconds": sim.now.wall_time}
     folder.write(status="interrupted", reason=f"stopped by {name} within a step", **facts)
 

@@ -9,8 +9,8 @@ import threading
 from collections.abc import Callable
 from types import TracebackType
 
-PATIENCE = 1.2  # wall time [s] that the step in hand may take
-LAST = 0.6  # and what is done without it
+PATIENCE = 1.0  # wall time [s] that the step in hand may take
+LAST = 0.5  # and what is done without it
 CAUGHT = tuple(
     getattr(signal, name)
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU", "SIGUSR1")  # the last is what SLURM warns with
