@@ -42,7 +42,7 @@ class Interruption:
             return self  # signals are left alone
         self._ear, self._mouth = socket.socketpair()
         self._mouth.setblocking(False)
-        self._before = {number: signal.signal(number, lambda *_: None) for number in CAUGHT}
+        self._before = {number: signal.signal(number, self._note) for number in CAUGHT}
         self._wakeup = signal.set_wakeup_fd(self._mouth.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._listen, name="signals", daemon=True).start()
         return self
@@ -61,13 +61,18 @@ class Interruption:
         if self.number is not None:
             raise KeyboardInterrupt(signal.Signals(self.number).name)
 
+    def _note(self, number: int, _) -> None:
+        self.number = self.number or number
+
     def _listen(self) -> None:
+        first = True
         while numbers := self._ear.recv(16):
             for number in numbers:
                 if number not in CAUGHT:
                     continue
-                if self.number is None:
-                    self.number = number
+                if first:
+                    first = False
+                    self._note(number, None)
                     self._say("stopping after this step; press Ctrl-C again to stop at once")
                     threading.Thread(target=self._wait, name="patience", daemon=True).start()
                 elif number == signal.SIGINT:
