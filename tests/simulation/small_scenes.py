@@ -59,11 +59,10 @@ duration = 1.0
 [tank]
 min = [0.0, 0.0]
 max = [1.0, 0.5]
+walls = ["x-", "x+", "z-", "z+"]
 [fluid]
 still_water_level = 0.5
 start = "zero"
-[numerics]
-mach = 0.05
 """
 FLUME = ("spacing=0.07", "tank.max=[5.0, 0.49]", "tank.min=[0.0, -0.7]", "bodies.flap.position=[2.1, 0.0, 0.0]",
          "gauges.lee.x=3.0", "damping[0].start=4.0", "damping[0].end=5.0", "probes=", "waves.wave_height=0.2")  # fmt: skip
