@@ -188,13 +188,14 @@ class BodySet:
         empty for a file without any."""
         return {"sensor_reading": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
 
-    def save(self) -> np.ndarray:
-        """The whole state, for `restore`; bit for bit."""
-        return self._stepper.save()
+    def state(self) -> dict:
+        """The whole state, for `restore`; bit for bit. What a user's function of a power take-off remembers is not in."""
+        return self._stepper.state() | {"reach": self._reach.state()}
 
-    def restore(self, state: np.ndarray) -> None:
-        """Go back to a saved state."""
+    def restore(self, state: dict) -> None:
+        """Go back to a state. Raises ValueError where it is one of other bodies."""
         self._stepper.restore(state)
+        self._reach.restore(state["reach"])
 
     def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:
         """Set the named hinge and slide joints [rad, m and 1/s of it]; the rest stays as it is."""

@@ -53,7 +53,7 @@ class Reach:
     def watch(self, data: mujoco.MjData) -> None:
         """Note each body and wall the first time that the body stands in it."""
         self._now = self._beyond(data)
-        for body, wall in self._now:
+        for body, wall in sorted(self._now):
             if (body, wall) not in self._crossed:
                 name = name_of(self._model, BODY, body)
                 self._crossed[body, wall] = (
@@ -64,7 +64,20 @@ class Reach:
     def conditions(self) -> list[str]:
         """The bodies that stood in walls when last watched."""
         name = lambda body: name_of(self._model, BODY, body)  # noqa: E731
-        return [f"body {name(body)!r} in the tank's {wall} wall, which does not hold it" for body, wall in self._now]
+        return [
+            f"body {name(body)!r} in the tank's {wall} wall, which does not hold it" for body, wall in sorted(self._now)
+        ]
+
+    def state(self) -> dict:
+        """The walls that bodies stand in now, and those that they have gone through: [body, wall, note]."""
+        return {
+            "now": [list(pair) for pair in sorted(self._now)],
+            "crossed": [[*pair, text] for pair, text in self._crossed.items()],
+        }
+
+    def restore(self, state: dict) -> None:
+        self._now = {(body, wall) for body, wall in state["now"]}
+        self._crossed = {(body, wall): text for body, wall, text in state["crossed"]}
 
     def _beyond(self, data: mujoco.MjData) -> set[tuple[int, str]]:
         """(body, wall) of the wet geoms that reach through walls."""

@@ -114,16 +114,28 @@ class Stepper:
         mujoco.mj_forward(self.model, trial)
         return trial.sensordata.copy()
 
-    def save(self) -> np.ndarray:
-        """MuJoCo's integration state, what power take-offs remember, and the penetration so far."""
-        return np.concatenate([self._state(), self.ptos.state, self.penetration.state])
+    def state(self) -> dict:
+        """MuJoCo's integration state (with its warm start), what power take-offs remember, the penetration so far, and
+        what was decided."""
+        return {
+            "mujoco": self._state(),
+            "ptos": self.ptos.state,
+            "pto_force": self.ptos.force.copy(),
+            "penetration": self.penetration.state.copy(),
+            "unsettled": self.unsettled,
+            "notes": dict(self.notes),
+        }
 
-    def restore(self, state: np.ndarray) -> None:
-        """Go back to a saved state."""
-        size, memory = mujoco.mj_stateSize(self.model, STATE), self.ptos.state.size
-        mujoco.mj_setState(self.model, self.data, state[:size], STATE)
-        self.ptos.state = state[size : size + memory]
-        self.penetration.state = state[size + memory :]
+    def restore(self, state: dict) -> None:
+        """Go back to a state. Raises ValueError where it is one of another model."""
+        if state["mujoco"].size != mujoco.mj_stateSize(self.model, STATE):
+            raise ValueError("the state is one of another MuJoCo model, or of another version of MuJoCo")
+        mujoco.mj_setState(self.model, self.data, state["mujoco"], STATE)
+        self.ptos.state = state["ptos"]
+        self.ptos.force[:], self.penetration.state[:] = state["pto_force"], state["penetration"]
+        self.unsettled = state["unsettled"]
+        self.notes.clear()
+        self.notes.update(state["notes"])
         self.refresh()
 
     def _state(self) -> np.ndarray:

@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from couplers.response import Response, mass_ratio, respond
+from couplers.response import Measured, respond
 from fsi.protocols import BodySet, FluidLoads
 from fsi.scene.coupler import CouplerSettings
+from fsi.state import Remembers
 
 LIGHT = 30.0  # added over own inertia, from which on a body carries a reserve
 
@@ -22,7 +23,7 @@ class AddedMassSettings(CouplerSettings):
         return AddedMass(bodies)
 
 
-class AddedMass:
+class AddedMass(Remembers):
     """Body acceleration and pressure settled together within the step.
 
     For given positions and velocities the wrench is affine in the joint acceleration a (nv,) that the walls of the
@@ -32,8 +33,10 @@ class AddedMass:
     stable for any ratio of added to own mass, and the pressure is corrected to the acceleration that came out. Very
     light bodies carry a `reserve` besides, for what the fluid answers a step later.
 
-    `acceleration` (nv,) is the scheme's only memory.
+    `acceleration` (nv,) is all that later steps depend on.
     """
+
+    remembered = ("acceleration", "_measured")
 
     advice = (
         "set a smaller numerics.mach or a finer spacing, or soften what drives the body (a spring, contact or actuator)"
@@ -42,13 +45,13 @@ class AddedMass:
 
     def __init__(self, bodies: BodySet):
         self.acceleration = np.zeros(bodies.motion().jacobian.shape[2])
-        self._response: Response | None = None
+        self._measured = Measured()
 
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
         motion, start = bodies.motion(), self.acceleration
         wrench, response = respond(fluid, bodies, motion, start)
-        self._response = response
+        self._measured.response = response
         if response is None:
             self.acceleration = bodies.advance(dt, wrench, np.zeros((start.size, start.size)), start)
             return wrench
@@ -61,7 +64,7 @@ class AddedMass:
 
     def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
         """Added over own inertia (b,) of each body in the last step, see `Response.ratio`."""
-        return mass_ratio(self._response, bodies)
+        return self._measured.ratio(bodies)
 
 
 def reserve(own: np.ndarray, added: np.ndarray, jacobian: np.ndarray) -> np.ndarray:

@@ -7,9 +7,10 @@ from typing import Literal
 import numpy as np
 
 from couplers.quasi_newton import QuasiNewton
-from couplers.response import Response, mass_ratio, respond
+from couplers.response import Measured, respond
 from fsi.protocols import BodySet, FluidLoads
 from fsi.scene.coupler import CouplerSettings
+from fsi.state import Remembers
 
 WATCH = 50  # steps from one measurement of the added mass to the next
 PASSES = 50  # at most, in a step
@@ -25,7 +26,7 @@ class FixedPointSettings(CouplerSettings):
         return FixedPoint(bodies, self.tolerance)
 
 
-class FixedPoint:
+class FixedPoint(Remembers):
     """The joint acceleration a (nv,) of a step is the fixed point of a -> H(a): the pressure for walls that accelerate
     with a, its wrench on the bodies, and their mean acceleration under it from MuJoCo. Every pass starts from the same
     state: the bodies are saved and restored bit for bit, and the pressure of the fluid is solved anew from the last
@@ -40,24 +41,25 @@ class FixedPoint:
     advice = (
         "set a smaller numerics.mach or a finer spacing, or soften what drives the body (a spring, contact or actuator)"
     )
+    remembered = ("acceleration", "unsettled", "_count", "_solver", "_measured")
 
     def __init__(self, bodies: BodySet, tolerance: float = 1e-6):
         self.acceleration = np.zeros(bodies.motion().jacobian.shape[2])
         self.tolerance, self.unsettled = tolerance, 0
         self._solver = QuasiNewton()
-        self._response: Response | None = None
+        self._measured = Measured()
         self._count = 0
 
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the settled wrench (b, 6) of the fluid about their centres of mass."""
-        motion, inertia, state = bodies.motion(), bodies.inertia(), bodies.save()
+        motion, inertia, state = bodies.motion(), bodies.inertia(), bodies.state()
         guess, none, sizes = self.acceleration, np.zeros_like(inertia), []
         self._solver.begin()
         for attempt in range(PASSES):
             if attempt:
                 bodies.restore(state)
             if attempt == 0 and self._count % WATCH == 0:
-                wrench, self._response = respond(fluid, bodies, motion, guess)
+                wrench, self._measured.response = respond(fluid, bodies, motion, guess)
             else:
                 wrench = fluid.pressure(motion.jacobian @ guess + motion.bias)
             found = bodies.advance(dt, wrench, none, guess)
@@ -82,7 +84,7 @@ class FixedPoint:
 
     def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
         """Added over own inertia (b,) of each body as last measured, see `Response.ratio`."""
-        return mass_ratio(self._response, bodies)
+        return self._measured.ratio(bodies)
 
 
 def _settled(sizes: list[float], goal: float) -> bool:

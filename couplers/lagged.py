@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from couplers.response import Response, mass_ratio, respond
+from couplers.response import Measured, respond
 from fsi.protocols import BodySet, FluidLoads
 from fsi.scene.coupler import CouplerSettings
+from fsi.state import Remembers
 
 WATCH = 50  # steps from one measurement of the added mass to the next
 
@@ -22,7 +23,7 @@ class LaggedSettings(CouplerSettings):
         return Lagged(bodies)
 
 
-class Lagged:
+class Lagged(Remembers):
     """One pressure solution a step, at the joint acceleration a0 (nv,) of the step before; the bodies then move under its
     wrench. An error of a0 comes back as -Ma/M of itself, so that the scheme is unstable where the added mass Ma of a
     body exceeds its own mass M (Causin et al. 2005, Comput. Methods Appl. Mech. Eng. 194, 4506-4527), and before that:
@@ -30,17 +31,18 @@ class Lagged:
 
     advice = 'set coupler.scheme = "added_mass"; lagged holds bodies up to an added mass of about a third of their own'
     notes: tuple[str, ...] = ()
+    remembered = ("acceleration", "_count", "_measured")
 
     def __init__(self, bodies: BodySet):
         self.acceleration = np.zeros(bodies.motion().jacobian.shape[2])
-        self._response: Response | None = None
+        self._measured = Measured()
         self._count = 0
 
     def step(self, fluid: FluidLoads, bodies: BodySet, time: float, dt: float) -> np.ndarray:
         """Advance the bodies by dt [s]; the wrench (b, 6) of the fluid about their centres of mass."""
         motion, start = bodies.motion(), self.acceleration
         if self._count % WATCH == 0:
-            wrench, self._response = respond(fluid, bodies, motion, start)
+            wrench, self._measured.response = respond(fluid, bodies, motion, start)
         else:
             wrench = fluid.pressure(motion.jacobian @ start + motion.bias)
         self._count += 1
@@ -49,4 +51,4 @@ class Lagged:
 
     def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
         """Added over own inertia (b,) of each body as last measured, see `Response.ratio`."""
-        return mass_ratio(self._response, bodies)
+        return self._measured.ratio(bodies)

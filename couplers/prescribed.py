@@ -12,6 +12,7 @@ from fsi.errors import SceneError
 from fsi.parts import FilePath, NonNegative, Number, Part, Positive
 from fsi.protocols import BodySet, FluidLoads
 from fsi.scene.coupler import CouplerSettings
+from fsi.state import Remembers
 from fsi.waves.kinds.regular import RegularPiston
 from fsi.waves.kinds.table import TablePiston, table_fault
 
@@ -63,7 +64,7 @@ class PrescribedSettings(CouplerSettings):
                 yield f"coupler.motion.{joint}.file", *fault
 
 
-class Prescribed:
+class Prescribed(Remembers):
     """Places the bodies exactly on their motion, which is the position of each named joint [rad or m].
 
     The fluid feels the mean joint acceleration over the step, (v(t + dt) - v(t)) / dt, that takes the bodies from one

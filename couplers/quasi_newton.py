@@ -42,6 +42,16 @@ class QuasiNewton:
         c = np.linalg.lstsq(scale[:, None] * V, scale * (x - image), rcond=None)[0]
         return image + W @ c
 
+    def state(self) -> dict:
+        """The changes V and W of the last problems, and the calls of the present one."""
+        return {
+            "past": [[array.copy() for array in pair] for pair in self._past],
+            "calls": [[array.copy() for array in pair] for pair in self._calls],
+        }
+
+    def restore(self, state: dict) -> None:
+        self._past, self._calls = ([tuple(pair) for pair in state[name]] for name in ("past", "calls"))
+
     def _changes(self) -> tuple[np.ndarray, np.ndarray]:
         """Changes from call to call of residual and image, each (n, m), the latest first."""
         residual, image = (np.array(values)[::-1] for values in zip(*self._calls, strict=True))

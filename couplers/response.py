@@ -50,11 +50,25 @@ def respond(
     return wrench, Response(dofs, motion.jacobian, *changes)
 
 
-def mass_ratio(response: Response | None, bodies: BodySet) -> np.ndarray | None:
-    """Added over own inertia of each body (`Response.ratio`); None where it is not known."""
-    if response is None:
-        return None
-    try:
-        return response.ratio(bodies.inertia())
-    except np.linalg.LinAlgError:  # of a run that has failed
-        return None
+class Measured:
+    """The last response that a scheme measured, for the added over the own inertia of the bodies."""
+
+    def __init__(self):
+        self.response: Response | None = None
+
+    def ratio(self, bodies: BodySet) -> np.ndarray | None:
+        """Added over own inertia of each body (`Response.ratio`); None where it is not known."""
+        if self.response is None:
+            return None
+        try:
+            return self.response.ratio(bodies.inertia())
+        except np.linalg.LinAlgError:  # of a run that has failed
+            return None
+
+    def state(self) -> dict:
+        """The response without its pressures, which are no longer valid after the step."""
+        names = ("dofs", "jacobian", "changes")
+        return {} if self.response is None else {name: getattr(self.response, name).copy() for name in names}
+
+    def restore(self, state: dict) -> None:
+        self.response = Response(**state, pressures=np.empty((0, 0))) if state else None

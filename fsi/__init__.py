@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # what type checkers and editors see
     from fsi.errors import RunError, SceneError
     from fsi.record.run_folder import load_run
+    from fsi.resuming import resume
     from fsi.runner import Run, bench, check, report, run, sweep, validate
     from fsi.scene.file import load_scene
     from fsi.scene.model import Scene
+    from fsi.session import Session, open
     from fsi.simulation.loop import Simulation
 
     __version__: str
@@ -29,6 +31,9 @@ _HOMES = {
     "report": "fsi.runner",
     "validate": "fsi.runner",
     "bench": "fsi.runner",
+    "Session": "fsi.session",
+    "open": "fsi.session",
+    "resume": "fsi.resuming",
     "load_run": "fsi.record.run_folder",
 }
 
@@ -37,13 +42,16 @@ __all__ = [
     "RunError",
     "Scene",
     "SceneError",
+    "Session",
     "Simulation",
     "__version__",
     "bench",
     "check",
     "load_run",
     "load_scene",
+    "open",
     "report",
+    "resume",
     "run",
     "sweep",
     "validate",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +22,7 @@ from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 
-FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
+FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
 
 class Registered(TyperCommand):
@@ -141,8 +142,8 @@ def run(
                 f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps, "
                 f"{result.wall_seconds:.1f} s of wall time{lost}"
             )
-        if result.status == "interrupted":
-            raise typer.Exit(INTERRUPTED)
+        if result.exit_code:
+            raise typer.Exit(result.exit_code)
 
 
 @app.command()
@@ -179,6 +180,10 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"measured: {estimate['seconds_per_step']:.3g} s a step (median of {estimate['measured_steps']}, "
         f"threads: {estimate['threads']}), time step {estimate['time_step']:.3g} s"
     ] if "measured_steps" in estimate else []  # fmt: skip
+    checkpoints = [
+        f"checkpoints: {estimate['checkpoint_bytes'] / 1e6:.3g} MB each, the last two are kept; copying them takes about "
+        f"{100 * estimate['checkpoint_share']:.2g} % of the run time"
+    ] if estimate.get("checkpoint_bytes") else []  # fmt: skip
     return [
         f"particles: {sum(particles.values())} ({counts})",
         f"memory: {estimate['memory_bytes'] / 1e6:.0f} MB",
@@ -187,7 +192,34 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"log: about {estimate['log_bytes'] / 1e6:.3g} MB: {estimate['snapshots']} snapshots of "
         f"{estimate['snapshot_particles']} particles, {estimate['snapshot_bytes'] / 1e3:.3g} kB each, and "
         f"{estimate['series_frames']} frames of series, {estimate['series_bytes'] / 1e3:.3g} kB each",
+        *checkpoints,
     ]
+
+
+@app.command()
+def resume(
+    directory: RunDirectory,
+    until: Until = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+) -> None:
+    """Go on with a run that was interrupted or killed, from its last checkpoint."""
+    from fsi.resuming import resume as go_on
+
+    with exit_codes():
+        result = go_on(directory, until=until, threads=threads, quiet=quiet)
+        print(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
+        if result.exit_code:
+            raise typer.Exit(result.exit_code)
+
+
+@app.command()
+def recover(directory: RunDirectory) -> None:
+    """Complete the log of a run that was killed, so that any MCAP reader opens it."""
+    from fsi.resuming import recover as complete
+
+    with exit_codes():
+        print(complete(directory))
 
 
 @app.command()
@@ -232,5 +264,12 @@ def cases(as_json: AsJson = False) -> None:
 
 
 def main() -> None:
-    """The command `fsi`."""
-    app()
+    """The command `fsi`. After a signal nothing is waited for any more: queues kill what lingers."""
+    try:
+        app()
+    except SystemExit as ended:
+        if ended.code not in (INTERRUPTED, TERMINATED):
+            raise
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(ended.code)

@@ -28,6 +28,9 @@ DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps o
 BODIES = 1.1  # time of a step with bodies over one without
 SERIAL = 5e-4  # of a step, on one thread [s]; twice that with bodies
 
+COPIED = 1e9  # bytes of a state that are copied in a second, while the run waits
+BASE = 20_000  # bytes of a checkpoint besides particles: the scene, and what is small
+
 
 def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
     """Particles by kind (`fluid`, `wall`, `body`), `memory_bytes`, `time_step` [s], `steps` and `seconds` of wall time
@@ -93,3 +96,14 @@ def measured(scene: Scene, steps: int, *, bodies=None, coupler=None, ground=None
         "time_step": sim.time / sim.step_count,
         "seconds_per_step": median(after - before for before, after in pairwise(marks)),
     }
+
+
+def checkpoint_cost(scene: Scene, cost: dict) -> dict:
+    """Of a scene that is estimated to cost so much: `checkpoint_bytes` of one checkpoint on the disk, and the
+    `checkpoint_share` of the run time that all take, at `COPIED` bytes a second; 0 without checkpoints."""
+    every = scene.output.checkpoint
+    if not every:
+        return {"checkpoint_bytes": 0, "checkpoint_share": 0.0}
+    fluid = 8 * 2 * scene.dimension + (4 if scene.numerics.precision == "single" else 8) + 4
+    size = BASE + fluid * cost["fluid"] + 8 * 3 * scene.dimension * (cost["wall"] + cost["body"])
+    return {"checkpoint_bytes": size, "checkpoint_share": size / COPIED / every}

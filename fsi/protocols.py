@@ -44,6 +44,18 @@ class BodyMotion:
     pivot: np.ndarray | None = None
 
 
+class Stateful(Protocol):
+    """Remembers something from one step to the next. `restore(state())` of an object that was made in the same way goes on
+    bit for bit as the first one would (`fsi.simulation.checkpoint`)."""
+
+    def state(self) -> dict:
+        """All that later steps depend on, as plain data that shares no memory with the object: nested dicts of arrays,
+        numbers, strings, None and lists of these."""
+
+    def restore(self, state: dict) -> None:
+        """Go on from a state. Raises ValueError or KeyError where it is one of another kind of object."""
+
+
 class Solid(Protocol):
     """A body of revolution, a box, a mesh: anything that displaces fluid and carries boundary particles."""
 
@@ -63,7 +75,7 @@ class Gap(Protocol):
         """Signed distance (n,) of points (n, dim) to where a free particle fits, negative where none does."""
 
 
-class BodySet(Protocol):
+class BodySet(Stateful, Protocol):
     """The rigid bodies of a scene (`bodies.BodySet` is MuJoCo's)."""
 
     names: tuple[str, ...]  # wet bodies, in the order of the owners of their boundary particles
@@ -107,10 +119,10 @@ class BodySet(Protocol):
         `acceleration` (nv,) and falls by `added_inertia` (nv, nv) for each unit above it. Returns the mean joint
         acceleration (nv,) over the step."""
 
-    def save(self) -> object:
-        """The whole state, for `restore`; bit for bit."""
+    def state(self) -> dict:
+        """The whole state, see `Stateful`; couplers also go back to it within a step."""
 
-    def restore(self, state: object) -> None: ...
+    def restore(self, state: dict) -> None: ...
 
     def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:
         """Set the named joints (prescribed motion) and leave the rest as it is."""
@@ -197,7 +209,7 @@ class Halo(Protocol):
         """Drop the ghosts. Returns what chooses the own particles out of the rows of the step."""
 
 
-class Coupler(Protocol):
+class Coupler(Stateful, Protocol):
     """How wrench and motion are exchanged in a step: one class a scheme."""
 
     notes: tuple[str, ...]  # what the user should know of the run so far

@@ -5,17 +5,13 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
-import time
 from collections.abc import Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fsi.errors import RunError
 from fsi.plugins import function
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
@@ -39,6 +35,7 @@ class Run:
     simulated_seconds: float
     wall_seconds: float
     lost_particles: int = 0
+    exit_code: int = 0  # of the command
 
     def load(self) -> Dataset:
         """The time series as an `xarray.Dataset`, see `fsi.load_run`."""
@@ -60,7 +57,8 @@ def run(
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
     `live` shows the timeline in the browser as the run goes on, on this machine only.
-    SIGINT and SIGTERM end the run after the step in hand, with status `interrupted`; a second SIGINT ends it at once.
+    SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
+    a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
     scene, label = _load(scene, overrides, until, level)
@@ -69,7 +67,6 @@ def run(
     for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
         say(line)
     folder = RunFolder.choose(scene, out)
-    from fsi.progress import Progress
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
@@ -78,14 +75,19 @@ def run(
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     folder.create(scene, threads=sim.threads, particles=sim.counts)
     say(f"writing to {folder.path}")
-    told = []  # texts of the events so far, whose warnings are said at once
-    with (
-        _manifest(folder, sim),
-        _watched(viewer, say),
-        Progress(scene.duration, quiet=quiet) as progress,
-        _closing(recorders, sim),
-        _interruption(say) as interrupted,
-    ):
+    return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+
+
+def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False) -> Run:
+    """Run a simulation to `until` [s] in its folder, with a line of progress."""
+    from fsi.progress import Progress
+    from fsi.simulation.logged import carry_out
+    from fsi.simulation.signals import exit_code
+
+    told: list[str] = [
+        event.text for event in sim.events
+    ]  # texts of the events so far, whose warnings are said at once
+    with _watched(viewer, say), Progress(until, quiet=quiet) as progress:
 
         def on_step(sim) -> None:
             progress(sim)
@@ -93,16 +95,16 @@ def run(
                 told.append(event.text)
                 if event.level == "warning":
                     say(event.text)
-            if interrupted.is_set():
-                raise KeyboardInterrupt
 
-        sim.run(scene.duration, on_step)
+        number = carry_out(sim, folder, recorders, until, on_step, say)
     for line in sim.warnings:
         if line not in told:
             say(line)
     facts = folder.manifest
+    code = exit_code(number) if facts["status"] == "interrupted" else 0
     lost = facts["audit"].get("lost_particles", 0)
-    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, facts["wall_seconds"], lost)
+    wall = facts["wall_seconds"]
+    return Run(folder.path, facts["status"], facts["reason"], sim.step_count, sim.time, wall, lost, code)
 
 
 def check(
@@ -121,11 +123,12 @@ def check(
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     scene, label = _load(scene, overrides, until, level)
     bodies, coupler, ground = bind(scene, label)
-    from fsi.estimate import estimate, measured
+    from fsi.estimate import checkpoint_cost, estimate, measured
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
     notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    cost |= checkpoint_cost(scene, cost)
     if measure:
         cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
@@ -206,86 +209,6 @@ def _watched(viewer, say):
         say(f"live view: {viewer.page}")
         open_browser(viewer.page)
         yield
-
-
-@contextmanager
-def _manifest(folder: RunFolder, sim):
-    """Keep `run.json` true, however the run inside ends; an interruption is swallowed, an error passes on."""
-    start, status, reason = time.perf_counter(), "failed", ""
-    try:
-        yield
-        status = "done"
-    except KeyboardInterrupt:
-        status, reason = "interrupted", "stopped by a signal"
-    except BaseException as error:
-        reason = str(error) or type(error).__name__
-        raise
-    finally:
-        facts = {
-            "status": status,
-            "reason": reason,
-            "steps": sim.step_count,
-            "simulated_seconds": sim.time,
-            "wall_seconds": time.perf_counter() - start,
-            "memory_bytes": sim.memory_bytes,
-            "phases": sim.phases,
-            "audit": sim.audit(),
-            **({"coupling": sim.coupling()} if sim.bodies else {}),
-            "warnings": sim.warnings,
-            "events": [{"time": e.moment.time, "level": e.level, "text": e.text} for e in sim.events],
-        }
-        _write(folder, facts)
-
-
-def _write(folder: RunFolder, facts: dict) -> None:
-    try:
-        folder.write(**facts)
-    except OSError as fault:
-        raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
-
-
-@contextmanager
-def _closing(recorders: list, sim):
-    """Close the streams after a last event that says how the run ended; of two errors the run's own is the one seen."""
-    try:
-        yield
-    except BaseException as error:
-        level, text = ("warning", "interrupted") if isinstance(error, KeyboardInterrupt) else ("error", str(error))
-        try:
-            _close(recorders, sim, level, text)
-        except RunError as second:
-            _say(str(second))
-        raise
-    _close(recorders, sim, "info", "done")
-
-
-def _close(recorders: list, sim, level: str, text: str) -> None:
-    try:
-        sim.finish(level, text)
-    finally:
-        for recorder in recorders:
-            recorder.end()
-
-
-@contextmanager
-def _interruption(say):
-    """An event that SIGINT and SIGTERM set. Outside the main thread signals are left alone."""
-    event = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-
-    def handle(number, _) -> None:
-        event.set()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        say("stopping after this step; press Ctrl-C again to stop at once")
-
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield event
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _say(line: str) -> None:

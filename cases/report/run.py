@@ -37,6 +37,9 @@ def report(folder: str | Path) -> Path:
     Raises SceneError where the folder holds no run or no log."""
     folder = Path(folder)
     facts, data = read_manifest(folder), load_run(folder)
+    if data.sizes.get("time", 0) == 0:
+        fix = "see run.json for how it ended; `fsi resume` goes on with a run that has a checkpoint"
+        raise SceneError(f"{folder} holds a run without a single frame (status {data.attrs['status']})", fix=fix)
     scene = load_scene(folder / "scene.toml")
     page = Page(scene.name, scene.description or f"{scene.dimension}D run of {facts.get('simulated_seconds', 0):g} s")
     _summary(page.section("Summary"), scene, facts)

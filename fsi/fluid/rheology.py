@@ -17,6 +17,7 @@ import numpy as np
 from fsi.fluid.chebyshev import HIGHEST, chebyshev
 from fsi.scene.model import Liquid, Scene
 from fsi.sph import kernel, viscosity
+from fsi.state import Remembers
 
 LEAST = 1e-30  # [Pa s] of an inviscid liquid, so that the harmonic mean of two of them is a number
 EXPLICIT = 0.125  # dt nu / h^2 up to which explicit viscosity is stable (Morris et al. 1997, eq. 21)
@@ -87,10 +88,12 @@ def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
     return explicit, False
 
 
-class Rheology:
+class Rheology(Remembers):
     """Viscosity of one run: the laws of its liquids and the sweeps that apply them. Owns the laws, the second copy of the rows
     that implicit sweeps need, and `rate` (n,), the shear rate [1/s] of the particles in their present order, where the scene
     needs it."""
+
+    remembered = ("sweeps",)
 
     def __init__(self, scene: Scene, implicit: bool, lanes: int, dtype, team):
         dim, self.scene, self.team, self.dtype = scene.dimension, scene, team, dtype

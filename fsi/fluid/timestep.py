@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from fsi.fluid.chebyshev import SOUND, iteration
 from fsi.fluid.rheology import explicit_limit, step_limit
 from fsi.scene.model import Scene
+from fsi.state import Remembers
 
 STIFF = (
     500  # steps of explicit viscosity in an implicit one, up to which the pressure of a fluid at rest is good to 1 %
@@ -21,13 +23,14 @@ GROWTH = 1.05  # a step is at most so much longer than the one before
 
 
 @dataclass
-class TimeStep:
+class TimeStep(Remembers):
     """Chooses the time step [s] of each step of a scene whose fluid is `depth` metres high."""
 
     scene: Scene
     depth: float
     previous: float | None = None
     reason: str = ""  # what set the last step
+    remembered: ClassVar = ("previous", "reason")
 
     def __post_init__(self):
         at_rest = self._others(0.0, self.scene.gravity)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import errno
 import time as clock
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from queue import Queue
-from threading import Thread
+from queue import Empty, Queue
+from threading import Lock, Thread
 
 import numpy as np
 
@@ -17,23 +18,26 @@ from fsi.record.fields import fraction, thinned
 from fsi.scene.model import Scene
 
 QUEUE_LENGTH = 8  # batches; the run waits for the writer beyond it, so that memory stays bounded
+TICK = 1.0  # wall time [s] without news, after which what waits is written
 BATCH, BATCH_SECONDS = 32, 0.5  # frames, wall time [s]: every hand-over may cost the run a change of threads
 
 
-def open_recorders(scene: Scene, folder: Path, live: str | None = None) -> list[Recorder]:
+def open_recorders(scene: Scene, folder: Path, live: str | None = None, log: dict | None = None) -> list[Recorder]:
     """Recorders of the streams that the scene asks for; the packages of the others are not imported.
-    `live`: address of a viewer that the timeline is sent to as well."""
+    `live`: address of a viewer that the timeline is sent to as well; `log`: positions in the files of the folder, from
+    which on they go on (`Background.mark`)."""
+    log = log or {}
     if live and not scene.output.timeline:
         raise SceneError("the live view shows the timeline", key="output.timeline", fix="set it to true")
     streams: list[Recorder] = []
     if scene.output.mcap:
         from fsi.record.mcap import McapRecorder
 
-        streams.append(McapRecorder(folder / "run.mcap"))
+        streams.append(McapRecorder(folder / "run.mcap", log.get("messages")))
     if scene.output.timeline:
         from fsi.record.timeline import TimelineRecorder
 
-        streams.append(TimelineRecorder(folder / "run.rrd", live))
+        streams.append(TimelineRecorder(folder / "run.rrd", live, log.get("timeline")))
     return [Background(streams)] if streams else []
 
 
@@ -50,6 +54,7 @@ class Background:
         self._fault: Exception | None = None
         self._batch: list[Frame] = []
         self._handed = clock.monotonic()
+        self._lock = Lock()  # of the batch
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         """Open the streams here and now: the bodies' meshes must not be read while MuJoCo steps."""
@@ -64,7 +69,8 @@ class Background:
 
     def series(self, frame: Frame) -> None:
         series = {name: np.array(value, np.float64) for name, value in frame.series.items()}
-        self._batch.append(Frame(frame.time, frame.step, frame.wall_time, series))
+        with self._lock:
+            self._batch.append(Frame(frame.time, frame.step, frame.wall_time, series))
         if len(self._batch) >= BATCH or clock.monotonic() - self._handed > BATCH_SECONDS:
             self._hand_over_batch()
 
@@ -76,6 +82,11 @@ class Background:
 
     def event(self, event: Event) -> None:
         self._hand_over("event", event)
+
+    def mark(self, arrived: Callable[[dict], None]) -> None:
+        """Call `arrived` with the positions in the files (messages of the log, bytes of the timeline) once all that was
+        handed over before is on the disk."""
+        self._hand_over("mark", arrived)
 
     def end(self) -> None:
         """Write out what is queued and close the streams; a second call does nothing."""
@@ -95,20 +106,42 @@ class Background:
 
     def _hand_over_batch(self) -> None:
         self._raise()
-        batch, self._batch, self._handed = self._batch, [], clock.monotonic()
-        self._queue.put([("series", (frame,)) for frame in batch])
+        self._queue.put([("series", (frame,)) for frame in self._taken()])
+
+    def _taken(self) -> list[Frame]:
+        with self._lock:
+            batch, self._batch, self._handed = self._batch, [], clock.monotonic()
+        return batch
 
     def _raise(self) -> None:
         if self._fault:
             raise _run_error(self._fault) from self._fault
 
     def _write(self) -> None:
-        while (jobs := self._queue.get()) is not None:
+        while (jobs := self._next()) is not None:
             for method, arguments in jobs:
+                if method == "mark":
+                    self._try(self._arrive, *arguments)
+                    continue
                 for recorder in self._recorders:
-                    self._try(getattr(recorder, method), *arguments)
+                    if method != "tick" or hasattr(recorder, method):  # only those that hold something back have one
+                        self._try(getattr(recorder, method), *arguments)
         for recorder in self._recorders:
             self._try(recorder.end, even_after_fault=True)
+
+    def _next(self) -> list | None:
+        """The next jobs; where the run is slower than that, every second the frames that wait and a `tick`."""
+        try:
+            return self._queue.get(timeout=TICK)
+        except Empty:
+            return [*(("series", (frame,)) for frame in self._waiting()), ("tick", ())]
+
+    def _waiting(self) -> list[Frame]:
+        # Between taking a batch and handing it over the run's thread may add nothing newer to the queue.
+        return self._taken() if self._queue.empty() else []
+
+    def _arrive(self, arrived) -> None:
+        arrived({name: at for r in self._recorders if hasattr(r, "position") for name, at in r.position().items()})
 
     def _try(self, call, *arguments, even_after_fault: bool = False) -> None:
         # After a fault the queue is still emptied, or the run would wait for it for ever.

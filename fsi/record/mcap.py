@@ -3,12 +3,14 @@
 Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
 (foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log), `/particles`
 (foxglove.PointCloud) with `output.cloud`. The log time is the simulated time, the sequence number the step. Chunks are
-small and written out at once, so that a killed run loses the last one only.
+small, and closed after a second of wall time at the latest, so that a killed run loses no more than that.
 """
 
 from __future__ import annotations
 
 import json
+import os
+import time as clock
 from pathlib import Path
 
 import numpy as np
@@ -16,47 +18,33 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
-from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
-from google.protobuf.descriptor_pool import DescriptorPool
-from google.protobuf.message_factory import GetMessageClass
 from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
 from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import spatial, values
+from fsi.record.mcap_format import CHUNK_BYTES, POSES, SeriesMessage
+from fsi.record.mcap_reader import messages
 from fsi.record.series import column_names, describe, labels
 from fsi.scene.fields import field_of
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
-CHUNK_BYTES = 16 * 1024  # before compression: about ten frames of a scene with one body
+WAIT = 1.0  # wall time [s] after which a chunk is closed though it is small, so that a kill costs no more
 WORLD = "world"
-POSES = {"body": ("body_position", "body_quaternion"), "dry_body": ("dry_position", "dry_quaternion")}  # are on /tf
-
-
-def _series_message():
-    """The message class spindrift.Series: time [s], step, wall time [s] and the values in C order."""
-    file = FileDescriptorProto(name="spindrift/Series.proto", package="spindrift", syntax="proto3")
-    message = file.message_type.add(name="Series")
-    field = FieldDescriptorProto
-    fields = [("time", field.TYPE_DOUBLE), ("step", field.TYPE_INT64), ("wall_time", field.TYPE_DOUBLE)]
-    for number, (name, kind) in enumerate(fields, 1):
-        message.field.add(name=name, number=number, type=kind, label=field.LABEL_OPTIONAL)
-    message.field.add(name="values", number=4, type=field.TYPE_DOUBLE, label=field.LABEL_REPEATED)
-    pool = DescriptorPool()
-    pool.Add(file)
-    return GetMessageClass(pool.FindMessageTypeByName("spindrift.Series"))
-
-
-SeriesMessage = _series_message()
 
 
 class McapRecorder:
-    """Writes `run.mcap`; OSError where the file cannot be written."""
+    """Writes `run.mcap`; OSError where the file cannot be written.
 
-    def __init__(self, path: Path):
-        self._path = path
+    With `keep` it goes on after so many messages of the file that is there: they are written anew by the same calls as the
+    first time, so that the whole log is the one of a run that was never stopped.
+    """
+
+    def __init__(self, path: Path, keep: int | None = None):
+        self._path, self._keep, self._count = path, keep, 0
+        self._open_since: float | None = None  # wall time of the oldest message that is not in the file yet
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         self._names = labels(scene, bodies)
@@ -64,7 +52,8 @@ class McapRecorder:
         self._scene_name, self._cloud = scene.name, scene.output.fields if scene.output.cloud else ()
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
-        self._file = self._path.open("wb")
+        new = self._path if self._keep is None else self._path.with_suffix(".mcap.new")
+        self._file = new.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="spindrift")
         facts = {
@@ -78,7 +67,39 @@ class McapRecorder:
             "toml": resolved_toml(scene),
         }
         self._writer.add_metadata("scene", facts)
+        if self._keep is not None:
+            self._repeat()
+            self._settle()
+            os.replace(new, self._path)
         self._file.flush()
+
+    def _repeat(self) -> None:
+        """Write the messages anew that the file holds."""
+        kinds = {"/tf": FrameTransforms, "/events": LogMessage, "/particles": PointCloud}
+        for channel, message in messages(self._path):
+            if self._count == self._keep:
+                break
+            if channel.topic not in self._channels:
+                self._open(channel.topic, kinds.get(channel.topic, SeriesMessage), channel.metadata)
+            self._put(self._channels[channel.topic], message.log_time, message.data, message.sequence)
+        if self._count < self._keep:
+            raise OSError(f"{self._path} holds {self._count} messages where the checkpoint has {self._keep}")
+
+    def position(self) -> dict[str, int]:
+        """Messages so far, all of which are on the disk when this returns."""
+        self._settle()
+        os.fsync(self._file.fileno())
+        return {"messages": self._count}
+
+    def tick(self) -> None:
+        """Called about every second: what has waited for so long goes into the file."""
+        if self._open_since is not None and clock.monotonic() - self._open_since > WAIT:
+            self._settle()
+
+    def _settle(self) -> None:
+        self._writer.flush()  # closes the chunk
+        self._file.flush()
+        self._open_since = None
 
     def series(self, frame: Frame) -> None:
         stamp = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time).SerializeToString()
@@ -160,8 +181,12 @@ class McapRecorder:
         self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, schema, facts)
 
     def _add(self, topic: str, data: bytes, time: float, step: int) -> None:
-        stamp = _nanoseconds(time)
-        self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
+        self._put(self._channels[topic], _nanoseconds(time), data, step)
+
+    def _put(self, channel: int, stamp: int, data: bytes, step: int) -> None:
+        self._writer.add_message(channel, stamp, data, stamp, sequence=step)
+        self._count += 1
+        self._open_since = self._open_since or clock.monotonic()
 
 
 def _nanoseconds(time: float) -> int:

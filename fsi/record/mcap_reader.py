@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,11 +14,12 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 from mcap.exceptions import McapError
-from mcap.records import Channel, Footer, Message, Metadata
+from mcap.records import Channel, Footer, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
 
 from fsi.errors import SceneError
-from fsi.record.mcap import POSES, SeriesMessage
+from fsi.record.mcap_format import CHUNK_BYTES, POSES, SeriesMessage
 from fsi.record.series import SERIES
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -37,7 +39,8 @@ class Variable:
 @dataclass
 class RunLog:
     """All of a log: `time` [s], `step` and `wall_time` [s] (times,), the variables by name, the events (time, level,
-    text), facts on the scene, and whether the log was closed (False after a kill)."""
+    text), facts on the scene, and whether the log was closed (False after a kill). `partial` is the step of a last frame
+    that a kill has cut in two, which is left out; None where there is none."""
 
     time: np.ndarray
     step: np.ndarray
@@ -46,6 +49,7 @@ class RunLog:
     events: list[tuple[float, str, str]]
     scene: dict[str, str]
     complete: bool
+    partial: int | None = None
 
 
 @dataclass
@@ -71,10 +75,61 @@ def read_log(path: Path) -> RunLog:
             raw.complete = True
         elif isinstance(record, tuple):
             _sort_in(raw, *record)
+    partial = _partial(raw)
+    raw.times.pop(partial, None)
     steps = np.array(sorted(raw.times), np.int64)
     times = np.array([raw.times[step] for step in steps], float).reshape(-1, 2)
     variables = {name: _variable(name, raw, steps) for name in raw.rows}
-    return RunLog(times[:, 0], steps, times[:, 1], variables, raw.events, raw.scene, raw.complete)
+    return RunLog(times[:, 0], steps, times[:, 1], variables, raw.events, raw.scene, raw.complete, partial)
+
+
+def _partial(raw: _Raw) -> int | None:
+    """The step of the last frame of a log that was cut off, where it lacks a series that the frame before has."""
+    steps = sorted({step for rows in raw.rows.values() for step in rows})[-2:]
+    if raw.complete or len(steps) < 2:
+        return None
+    lacks = any(steps[0] in rows and steps[1] not in rows for rows in raw.rows.values())
+    return steps[1] if lacks else None
+
+
+def messages(path: Path) -> Iterator[tuple[Channel, Message]]:
+    """The messages that are whole, in the order of the file, each with its channel."""
+    return (record for record in _records(path) if isinstance(record, tuple))
+
+
+def rewrite(path: Path) -> tuple[int, bool]:
+    """Bring a log that was cut off into a whole file, with its end and its summary; its messages, and whether it was whole
+    already (then nothing is done). Raises SceneError where it cannot be read."""
+    log = read_log(path)
+    if log.complete:
+        return sum(1 for _ in messages(path)), True
+    new, schemas, channels, count = path.with_suffix(".mcap.new"), {}, {}, 0
+    with new.open("wb") as file:
+        writer = Writer(file, chunk_size=CHUNK_BYTES)
+        writer.start(profile="", library="spindrift")
+        kinds: dict[int, Schema] = {}
+        for record in _records(path):
+            if isinstance(record, Schema):
+                kinds[record.id] = record
+            elif isinstance(record, Metadata):
+                writer.add_metadata(record.name, record.metadata)
+            elif isinstance(record, tuple):
+                channel, message = record
+                if message.sequence == log.partial and channel.topic != "/events":
+                    continue
+                if channel.id not in channels:
+                    schema = kinds[channel.schema_id]
+                    if schema.id not in schemas:
+                        schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+                    channels[channel.id] = writer.register_channel(
+                        channel.topic, channel.message_encoding, schemas[schema.id], channel.metadata
+                    )
+                times = message.log_time, message.data, message.publish_time, message.sequence
+                writer.add_message(channels[channel.id], *times)
+                count += 1
+        writer.finish()
+    os.replace(new, path)
+    return count, False
 
 
 def _records(path: Path) -> Iterator:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import platform
+import socket
+import threading
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,6 +31,7 @@ class RunFolder:
     def __init__(self, path: Path):
         self.path = path
         self.manifest: dict = {}
+        self._lock = threading.Lock()
 
     @classmethod
     def choose(cls, scene: Scene, out: str | Path | None = None) -> RunFolder:
@@ -38,7 +41,10 @@ class RunFolder:
         """
         path = Path(out).expanduser() if out else _free(Path("runs") / scene.name)
         if _holds_run(path):
-            raise SceneError(f"{path} already holds a run", key="--out", fix="choose another folder or remove it")
+            fault, fix = f"{path} already holds a run", "choose another folder or remove it"
+            if (status := liveness(read_manifest(path))) in ("interrupted", "killed"):
+                fault, fix = f"{fault}, which was {status}", f"go on with `fsi resume {path}`, or {fix}"
+            raise SceneError(fault, key="--out", fix=fix)
         return cls(path)
 
     def create(self, scene: Scene, **facts) -> None:
@@ -46,7 +52,7 @@ class RunFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             (self.path / "scene.toml").write_text(resolved_toml(scene), encoding="utf-8")
-            self.write(status="running", reason="", scene=scene.name, **_circumstances(), **facts)
+            self.write(status="running", reason="", scene=scene.name, **_circumstances(), **process(), **facts)
         except OSError as fault:
             raise SceneError(
                 f"{self.path} cannot be written: {fault.strerror}", key="--out", fix="choose another folder"
@@ -54,10 +60,15 @@ class RunFolder:
 
     def write(self, **facts) -> None:
         """Add facts to the manifest and replace `run.json` in one go, so that it is never half written."""
-        self.manifest |= facts
-        new = self.path / "run.json.new"
-        new.write_text(json.dumps(self.manifest, indent=2, default=_plain) + "\n", encoding="utf-8")
-        os.replace(new, self.path / "run.json")
+        with self._lock:
+            self.manifest |= facts
+            new = self.path / "run.json.new"
+            new.write_text(json.dumps(self.manifest, indent=2, default=_plain) + "\n", encoding="utf-8")
+            os.replace(new, self.path / "run.json")
+
+    def beat(self) -> None:
+        """Renew the sign of life."""
+        self.write(heartbeat=_now())
 
 
 def read_manifest(path: str | Path) -> dict:
@@ -66,6 +77,33 @@ def read_manifest(path: str | Path) -> dict:
         return json.loads(Path(path, "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         raise SceneError(f"{path} holds no run", fix="give the folder that `fsi run` named") from None
+
+
+SILENT = 60.0  # wall time [s] without a sign of life, after which a run on another machine counts as killed
+
+
+def process() -> dict:
+    """Who writes a run: for `liveness`."""
+    return {"pid": os.getpid(), "host": socket.gethostname(), "heartbeat": _now()}
+
+
+def liveness(manifest: dict) -> str:
+    """The status of a run, with `killed` for one that was running and whose process is no more."""
+    if manifest.get("status") != "running" or "pid" not in manifest:
+        return manifest.get("status", "")
+    if manifest["host"] == socket.gethostname():
+        try:
+            os.kill(int(manifest["pid"]), 0)
+        except ProcessLookupError:
+            return "killed"
+        except PermissionError:
+            pass
+    quiet = datetime.now(UTC) - datetime.fromisoformat(manifest["heartbeat"])
+    return "killed" if quiet.total_seconds() > SILENT else "running"
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def load_run(path: str | Path) -> Dataset:
@@ -143,7 +181,7 @@ def _attributes(manifest: dict, log) -> dict:
     numbers = {key: float(scene[key]) for key in ("spacing", "width", "rho", "g") if key in scene}
     return {
         "scene": scene.get("name", manifest.get("scene", "")),
-        "status": manifest["status"],
+        "status": liveness(manifest),
         "reason": manifest["reason"],
         "spindrift_version": manifest["versions"].get("spindrift", ""),
         "dimension": int(scene.get("dimension", 0)),

@@ -6,9 +6,11 @@ Timelines: `sim_time`, `step`, `wall_time`. Two-dimensional scenes are drawn at 
 from __future__ import annotations
 
 import errno
+import os
 import shutil
 import time as clock
 from pathlib import Path
+from uuid import uuid4
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from fsi.scene.model import Scene
 rr = require("rerun", "viewer", "output.timeline = true")
 
 BUFFERED_FRAMES = 500  # series frames that are written together; each batch has an overhead of about 1 kB a series
+WAIT = 1.0  # wall time [s] of a run without news, after which they are written
 BUFFERED_SECONDS = {False: 20.0, True: 0.5}  # of wall time after which they are written at the latest; in a live view
 LEAST_FREE = 2**20  # bytes on the disk, under which it counts as full
 ARROW = 0.3  # length of a force arrow, in depths of the fluid, for the weight of the heaviest body
@@ -35,10 +38,12 @@ GAUGE, PROBE = 0xC06000FF, 0xD04080FF
 
 class TimelineRecorder:
     """Writes `run.rrd`, and sends the same to the viewer at the address `live` if there is one. Colours have one range
-    for the whole run, which the legend states."""
+    for the whole run, which the legend states. With `keep`, bytes and name of a recording (`position`), it goes on there."""
 
-    def __init__(self, path: Path, live: str | None = None):
+    def __init__(self, path: Path, live: str | None = None, keep: tuple[int, str] | None = None):
         self._path, self._live = path, live
+        self._keep, self._name = keep or (None, uuid4().hex)
+        self._sink, self._copied = path, 0  # what rerun writes to, and how much of it is at the end of `path`
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         self._scene, self._names = scene, labels(scene, bodies)
@@ -48,17 +53,22 @@ class TimelineRecorder:
         self._named: set[str] = set()
         self._weight = float(max(bodies.mass) * max(scene.gravity, 1)) if bodies and len(bodies.names) else 0.0
         self._depth = float(fluid_depth(scene))
-        self._path.touch()  # rerun itself only prints that it cannot write
-        self._stream = rr.RecordingStream("spindrift", send_properties=False)
+        if self._keep is None:
+            self._path.touch()  # rerun itself only prints that it cannot write
+        else:  # rerun cannot append: it writes beside, and what it has written is added to the file
+            self._sink = self._path.with_suffix(".rrd.part")
+            os.truncate(self._path, self._keep)
+        self._stream = rr.RecordingStream("spindrift", recording_id=self._name, send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
         scale = self._weight / (ARROW * self._depth)
         note = f"; red arrow: force of the fluid, 1 m = {scale:.4g} N" if self._weight else ""
         layout = blueprint(scene, self._names, self._unit, note, self._live is not None)
-        sinks = [rr.FileSink(self._path), *([rr.GrpcSink(self._live)] if self._live else [])]
+        sinks = [rr.FileSink(self._sink), *([rr.GrpcSink(self._live)] if self._live else [])]
         self._stream.set_sinks(*sinks, default_blueprint=layout)
-        self._log_fixed(bodies)
-        self._stream.flush()
+        if self._keep is None:
+            self._log_fixed(bodies)
+        self._flush()
 
     def series(self, frame: Frame) -> None:
         self._buffer.append(frame)
@@ -77,17 +87,39 @@ class TimelineRecorder:
         first = shown.pop(self._scene.output.fields[0])
         points = rr.Points3D(positions, class_ids=first, radii=[self._radius(frame)])
         self._stream.log("world/fluid", points, *([rr.AnyValues(**shown)] if shown else []))
-        self._stream.flush()
+        self._flush()
 
     def event(self, event: Event) -> None:
         self._set_time(*event.moment)
         self._stream.log("events", rr.TextLog(event.text, level=event.level.upper()))
-        self._stream.flush()
+        self._flush()
+
+    def position(self) -> dict[str, tuple[int, str]]:
+        """Bytes of the file so far, all of which are on the disk when this returns, and the recording's name."""
+        self._write_series()
+        with self._path.open("rb") as file:
+            os.fsync(file.fileno())
+        return {"timeline": (self._path.stat().st_size, self._name)}
+
+    def tick(self) -> None:
+        """Called about every second: what has waited for so long goes into the file."""
+        if clock.monotonic() - self._written > WAIT:
+            self._write_series()
 
     def end(self) -> None:
         self._write_series()
-        self._stream.flush()
         self._stream.disconnect()
+        if self._sink != self._path:
+            self._sink.unlink(missing_ok=True)
+
+    def _flush(self) -> None:
+        self._stream.flush()
+        if self._sink == self._path:
+            return
+        with self._sink.open("rb") as part, self._path.open("ab") as whole:
+            part.seek(self._copied)
+            shutil.copyfileobj(part, whole)
+            self._copied = part.tell()
 
     def _radius(self, frame: Frame) -> float:
         """Of the drawn particles [m]: a few large ones fill the place of many, up to twice their size."""
@@ -146,6 +178,7 @@ class TimelineRecorder:
         frames, self._buffer = self._buffer, []
         self._written = clock.monotonic()
         if not frames:
+            self._flush()
             return
         times = [
             rr.TimeColumn("sim_time", duration=[f.time for f in frames]),
@@ -166,7 +199,7 @@ class TimelineRecorder:
                 self._write_poses(self._names[kind], pose, frames, times)
         if "body_force" in shapes:
             self._write_loads(frames, times)
-        self._stream.flush()
+        self._flush()
 
     def _name_lines(self, name: str, shape: tuple[int, ...]) -> None:
         """Name the lines of a plot, by what they belong to where there are several."""

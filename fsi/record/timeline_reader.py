@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -49,18 +50,7 @@ def read_snapshots(recording: Path, times: Sequence[float]) -> list[Snapshot]:
 def _chunks(rr, recording: Path, mended: Path) -> Iterator[dict]:
     """Columns of the recording's chunks of particles; what a killed run has written whole is put into `mended` first."""
     if not _closed(recording):
-        merge = [
-            sys.executable,
-            "-m",
-            "rerun",
-            "rrd",
-            "merge",
-            "--continue-on-error",
-            str(recording),
-            "-o",
-            str(mended),
-        ]
-        subprocess.run(merge, capture_output=True)
+        _merge(recording, mended)
     try:
         for chunk in rr.chunk.RrdReader(mended if mended.is_file() else recording).stream():
             if str(chunk.entity_path) == FLUID and not chunk.is_static:
@@ -68,6 +58,19 @@ def _chunks(rr, recording: Path, mended: Path) -> Iterator[dict]:
                 yield dict(zip(batch.schema.names, batch.columns, strict=True))
     except (OSError, ValueError, RuntimeError) as fault:
         raise SceneError(f"cannot be read: {fault}", file=recording, fix="run the scene again") from None
+
+
+def mend(recording: Path) -> None:
+    """Close a recording that was written in parts, or cut off."""
+    new = recording.with_suffix(".rrd.new")
+    if not _closed(recording) and _merge(recording, new):
+        os.replace(new, recording)
+
+
+def _merge(recording: Path, into: Path) -> bool:
+    """Write all whole parts of a recording as one; whether that went well."""
+    command = [sys.executable, "-m", "rerun", "rrd", "merge", "--continue-on-error", str(recording), "-o", str(into)]
+    return subprocess.run(command, capture_output=True).returncode == 0 and into.is_file()
 
 
 def _closed(recording: Path) -> bool:

@@ -260,6 +260,7 @@ class Output(Part):
     cloud: bool = False  # snapshots in run.mcap too, as foxglove.PointCloud
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd
+    checkpoint: NonNegative = 300.0  # wall time from one to the next, to resume from [s]; 0 is off
 
 
 class Alarms(Part):

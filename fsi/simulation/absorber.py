@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fsi.state import Remembers
 from fsi.waves.kind import Motion, room
 
 LAG = 0.1  # time constant of the correction [sqrt(depth / g)], against the roughness of the measured surface
@@ -14,7 +15,7 @@ ROUGH = 0.2  # elevation [spacings] below which what is read is the particles' d
 RECALL = 50.0  # time constant with which the piston returns to its path [sqrt(depth / g)]
 
 
-class Absorber:
+class Absorber(Remembers):
     """What the piston of a scene moves besides its own path.
 
     A wave of elevation e that comes in and is not reflected lifts the surface at the piston by e and asks the piston to
@@ -23,6 +24,8 @@ class Absorber:
     ROUGH spacings it fades to nothing, or the piston would creep after the settling of still water, 50 times as far.
     `shift` [m] and `rate` [m/s] are all its state.
     """
+
+    remembered = ("shift", "rate")
 
     def __init__(self, scene, motion: Motion, depth: float):
         g, waves = scene.gravity, scene.waves

@@ -12,6 +12,7 @@ import numpy as np
 from fsi.errors import RunError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles.fixed import distances
+from fsi.state import Remembers
 
 WARN_LOST = 0.1  # share of `alarms.lost_particles` at which the loss is warned of
 WARN_ENERGY = 0.02  # of the energy that there is to come by, from which on energy from nowhere is warned of
@@ -19,8 +20,10 @@ CROWDED = 0.6  # spacings between particles of one wall, under which they are do
 NEAR = 3.0  # spacings from a body within which a particle is lost beside it
 
 
-class Alarms:
+class Alarms(Remembers):
     """Watches the fluid and the balance of a simulation; `notes` are its warnings."""
+
+    remembered = ("notes", "_lost", "_first", "_warned")
 
     def __init__(self, sim):
         self._sim, self._limits = sim, sim.scene.alarms
@@ -28,7 +31,7 @@ class Alarms:
         self.notes: list[str] = []
         self._lost = 0
         self._first = ""  # when and where the first was lost
-        self._warned: set[str] = set()
+        self._warned: list[str] = []
 
     @property
     def lost_share(self) -> float:
@@ -48,7 +51,7 @@ class Alarms:
     def _warn(self, alarm: str, text: str) -> None:
         """Tell a warning at its first time."""
         if alarm not in self._warned:
-            self._warned.add(alarm)
+            self._warned.append(alarm)
             self.notes.append(text)
             self._sim.report("warning", text)
 

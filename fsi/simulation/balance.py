@@ -9,12 +9,13 @@ import numpy as np
 from fsi.fluid.gauges import Surface, pressure_at
 from fsi.owners import FIRST_BODY, PISTON
 from fsi.sph.columns import corrector_sums
+from fsi.state import Remembers
 
 FALL = 0.1  # of the depth: energy that is at hand in any fluid; its volume is right to some 0.1 %
 STILL = 1e-3  # speed of fluid that counts as still [m/s]
 
 
-class Balance:
+class Balance(Remembers):
     """Energies [J], work [J] and the audit of a simulation.
 
     At every logged step the audit compares the change of the fluid's momentum with the impulse of gravity and other body
@@ -24,6 +25,12 @@ class Balance:
     `exchanged_work` sums the work between the fluid and what moves in it, to and fro; `work_residual` is the share of it
     that the fluid lost over and above that work and the sponge's loss: to viscosity, impacts and the scheme itself.
     """
+
+    remembered = (
+        "kinetic", "potential", "momentum", "energy_at_start", "body_work", "wavemaker_work", "volume", "max_speed", "dt",
+        "guarded", "wrench", "exchanged_work", "sponge_loss", "momentum_residual", "body_impulse_residual", "audits",
+        "_stopped", "_gone", "force_work", "_forced", "_available",
+    )  # fmt: skip
 
     def __init__(self, scene, fluid, bodies):
         self.scene, self.fluid, self.bodies = scene, fluid, bodies

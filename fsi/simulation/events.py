@@ -10,6 +10,7 @@ import numpy as np
 
 from fsi.protocols import BodySet, Event, Moment
 from fsi.scene.model import Scene
+from fsi.state import Remembers
 
 IMPACT_TIME = 0.2  # of the mean that an impact stands out of, in sqrt(depth / g)
 SETTLED = 3  # IMPACT_TIMEs after the start, from which on the mean has a past
@@ -18,8 +19,10 @@ CUT = 0.5  # share of the time step so far, under which a step is cut
 FORGET = 0.01  # share of its excess that the time step so far loses in every step
 
 
-class Watch:
+class Watch(Remembers):
     """Tells the events of every step of a scene whose fluid is `depth` metres high."""
+
+    remembered = ("_cuts", "_beginnings", "_impacts")
 
     def __init__(self, scene: Scene, depth: float, bodies: BodySet | None):
         scale = math.sqrt(depth / scene.gravity) if scene.gravity else math.inf
@@ -76,6 +79,17 @@ class Impacts:
         """Those that are still on at the end."""
         return [self._told(b, now) for b in list(self._open)]
 
+    def state(self) -> dict:
+        """The mean, and the impacts that are on, as [body, start, time, step and wall time of the peak, peak]."""
+        on = [[int(b), float(start), *map(float, peak), size] for b, (start, peak, size) in self._open.items()]
+        return {"mean": None if self._mean is None else self._mean.copy(), "on": on}
+
+    def restore(self, state: dict) -> None:
+        self._mean = None if state["mean"] is None else state["mean"].copy()
+        self._open = {
+            b: (start, Moment(time, int(step), wall), size) for b, start, time, step, wall, size in state["on"]
+        }
+
     def _told(self, b: int, now: Moment) -> tuple[Moment, str]:
         start, moment, peak = self._open.pop(b)
         return moment, (
@@ -84,8 +98,10 @@ class Impacts:
         )
 
 
-class StepCuts:
+class StepCuts(Remembers):
     """Sudden cuts of the time step, and what asked for them."""
+
+    remembered = ("_usual",)
 
     def __init__(self):
         self._usual = 0.0
@@ -99,8 +115,10 @@ class StepCuts:
         return f"time step cut from {1000 * usual:.3g} to {1000 * step:.3g} ms by {reason}"
 
 
-class Beginnings:
+class Beginnings(Remembers):
     """Of conditions that hold from step to step, those that begin; one that comes back within `quiet` s goes on."""
+
+    remembered = ("_seen",)
 
     def __init__(self, quiet: float):
         self.quiet = quiet

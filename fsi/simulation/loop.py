@@ -11,13 +11,14 @@ from contextlib import contextmanager
 import numpy as np
 
 from fsi.compute.team import Team
-from fsi.errors import RunError
+from fsi.errors import RunError, SceneError
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
+from fsi.scene.binding import bind
 from fsi.scene.geometry import piston_motion, wave_depth
 from fsi.scene.model import Scene
 from fsi.simulation.alarms import Alarms
@@ -26,6 +27,7 @@ from fsi.simulation.events import Watch
 from fsi.simulation.motion import Motion, Movers
 from fsi.simulation.stability import Stability
 from fsi.sph.columns import corrector_sums
+from fsi.state import Remembers
 
 
 class BodyLoads:
@@ -54,12 +56,18 @@ class BodyLoads:
         self.fluid.add(response, factor)
 
 
-class Simulation:
+class Simulation(Remembers):
     """A run of a scene.
 
-    `bodies` and `coupler` come together or not at all; `ground` is the bathymetry. Raises SceneError where the scene
-    cannot be laid out, RunError where the run fails.
+    Bodies, coupler and bathymetry are built as the scene says; `bodies` and `coupler` (together) and `ground` (the bathymetry)
+    take their place where they are given. Raises SceneError where the scene cannot be built, RunError where the run fails.
+    `state()` is all that the steps to come depend on (`fsi.protocols.Stateful`); `fsi.open` is the door for users.
     """
+
+    remembered = (
+        "time", "dt", "step_count", "fluid", "balance", "bodies", "coupler", "absorber", "_limits", "_speed",
+        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -71,6 +79,7 @@ class Simulation:
         recorders: Sequence[Recorder] = (),
         threads: int | None = None,
     ):
+        bodies, coupler, ground = _built(scene, bodies, coupler, ground)
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
         self.team = Team(threads)
@@ -97,6 +106,7 @@ class Simulation:
         self.events: list[Event] = []
         self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
+        self._recording = False
 
     def _movers(self) -> Movers:
         waves, absorber = self.scene.waves, None
@@ -107,21 +117,55 @@ class Simulation:
             absorber = Absorber(self.scene, motion, wave_depth(self.scene))
         return Movers(self.fluid, motion, self.bodies, absorber)
 
+    @property
+    def absorber(self):
+        """Active absorption by the piston, None where there is none."""
+        return self.movers.absorber
+
+    # -------------------------------------------------------------------------------------- state
+
+    def state(self) -> dict:
+        """All that the steps to come, and what is told of the whole run at its end, depend on."""
+        events = [[*map(float, e.moment), e.level, e.text] for e in self.events]
+        told = {"wall_time": self.now.wall_time, "phases": dict(self.phases), "events": events}
+        return super().state() | {"told": told}
+
+    def restore(self, state: dict) -> None:
+        """Go on from the state of another simulation of the same scene; this one must be fresh. Raises ValueError where the
+        state is one of another scene."""
+        if self.step_count:
+            raise ValueError("only a simulation that has taken no step can take over a state")
+        told = state["told"]
+        super().restore({name: value for name, value in state.items() if name != "told"})
+        self.phases.update(told["phases"])
+        self._began = clock.perf_counter() - told["wall_time"]
+        self.events = [Event(Moment(t, int(n), wall), level, text) for t, n, wall, level, text in told["events"]]
+
     # -------------------------------------------------------------------------------------- the loop
 
     def run(self, until: float | None = None, on_step: Callable[[Simulation], None] | None = None) -> None:
         """Advance to `until` [s] (the scene's duration if not given); on_step is called after each step."""
         until = self.scene.duration if until is None else until
-        if self.step_count == 0:
-            for recorder in self.recorders:
-                recorder.begin(self.scene, self.bodies)
+        self.begin()
         while self.time < until * (1 - 1e-12):
             self.step(until)
             if on_step:
                 on_step(self)
 
+    def begin(self) -> None:
+        """Open the recorders; `run` and `step` do so where it has not been done."""
+        if not self._recording:
+            self._recording = True
+            for recorder in self.recorders:
+                recorder.begin(self.scene, self.bodies)
+
+    def close(self) -> None:
+        """Stop the threads; the simulation can no longer step."""
+        self.team.close()
+
     def step(self, until: float = math.inf) -> None:
         """One coupled step, in the order of the data."""
+        self.begin()
         if self.step_count == 0:
             self.balance.open()
         if self.step_count == 0 and self.bodies:
@@ -294,3 +338,15 @@ class Simulation:
     def audit(self) -> dict:
         """Balance of energy and momentum and what was lost, for `run.json`."""
         return self.balance.audit() | self.alarms.audit()
+
+
+def _built(scene: Scene, bodies: BodySet | None, coupler: Coupler | None, ground: Solid | None) -> tuple:
+    """Bodies, coupler and ground: those given, the rest as the scene says."""
+    if (bodies is None) != (coupler is None):
+        raise SceneError("bodies and coupler come together", key="bodies", fix="give both to Simulation, or neither")
+    if (scene.bodies and bodies is None) or (scene.tank.bathymetry and ground is None):
+        own = bind(scene, scene.name, bodies=bodies is None, ground=ground is None)
+        bodies, coupler, ground = (
+            mine if mine is not None else given for mine, given in zip(own, (bodies, coupler, ground), strict=True)
+        )
+    return bodies, coupler, ground

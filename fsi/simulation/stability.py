@@ -7,16 +7,19 @@ import math
 import numpy as np
 
 from fsi.errors import RunError
+from fsi.state import Remembers
 
 FLUID_LIMIT = 1e3  # speed of the fluid over that of long waves, or over its speed at the start
 BODY_LIMIT = 20.0  # speed of a body over that of a fall through half the tank, or over its speed at the start
 JUMP_LIMIT = 4.0  # the same for the change of its velocity within a step; the hardest hit comes to 2 sqrt(2)
 
 
-class Ringing:
+class Ringing(Remembers):
     """Finds bodies that answer every step with a larger step back, as an unstable exchange with the fluid makes them do.
     Three growing reversals in a row, over which the change of velocity doubles and comes to half a spacing a step, are
     no motion that a solver resolves; a hit, a slam or an end stop reverses once."""
+
+    remembered = ("_last", "_reversals", "_growth")
 
     def __init__(self, bodies: int, spacing: float):
         self._spacing = spacing
@@ -34,8 +37,10 @@ class Ringing:
         return (self._reversals >= 3) & (self._growth > 2) & (size * dt > 0.5 * self._spacing)
 
 
-class Stability:
+class Stability(Remembers):
     """Watches the fluid and the bodies of a simulation; `logged` is the time [s] of the last frame that was recorded."""
+
+    remembered = ("logged", "_ringing")
 
     def __init__(self, sim):
         self._sim, scene, fluid = sim, sim.scene, sim.fluid
@@ -43,7 +48,7 @@ class Stability:
         start = float(np.sqrt(fluid.reductions.largest((fluid.velocity**2).sum(1))))
         self._fastest_fluid = FLUID_LIMIT * max(wave_speed, start, scene.spacing)
         self.logged: float | None = None
-        self._pace = math.inf
+        self._pace, self._ringing = math.inf, None
         self._free = bool(sim.bodies and sim.coupler.advice)  # prescribed bodies cannot become unstable
         if self._free:
             height = scene.tank.max[-1] - scene.tank.min[-1]

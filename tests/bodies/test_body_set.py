@@ -31,13 +31,13 @@ def stir(bodies, seed=0):
     model, data = bodies.model, bodies.data
     mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv) * 0.3, 1.0)
     data.qvel[:] = rng.normal(size=model.nv)
-    bodies.restore(bodies.save())
+    bodies.restore(bodies.state())
 
 
 def drift(bodies, dt):
     """Move on with constant joint velocities."""
     mujoco.mj_integratePos(bodies.model, bodies.data.qpos, bodies.data.qvel, dt)
-    bodies.restore(bodies.save())
+    bodies.restore(bodies.state())
 
 
 @pytest.mark.parametrize("world", [CHAIN, FREE])
@@ -45,7 +45,7 @@ def test_velocity_and_bias_are_rates_of_the_motion(make_bodies, world):
     bodies = make_bodies(world, spacing=0.04)
     stir(bodies)
     dt = 1e-5
-    state, here = bodies.save(), bodies.motion()
+    state, here = bodies.state(), bodies.motion()
     drift(bodies, -dt)
     before = bodies.motion()
     bodies.restore(state)
@@ -95,7 +95,7 @@ def test_save_and_restore_repeat_bit_for_bit(make_bodies, world):
         ]
         return np.array(accelerations), bodies.motion()
 
-    state = bodies.save()
+    state = bodies.state()
     first, there = path()
     bodies.restore(state)
     second, again = path()

@@ -106,7 +106,7 @@ def test_latching_repeats_after_restore(buoy):
     bodies = buoy({"kind": "latching", "stiffness": 800.0, "hold": 0.2})
     bodies.place({}, {"heave": 1.0})
     run(bodies, 60)
-    state = bodies.save()
+    state = bodies.state()
     first = run(bodies, 60)
     bodies.restore(state)
     assert np.array_equal(run(bodies, 60), first)

@@ -57,7 +57,7 @@ def test_pressure_on_a_round_body_has_no_moment_about_its_axis(make_bodies, geom
     bodies = make_bodies(free(geoms, 'euler="20 40 10"'), head=WET, spacing=0.04)
     rng = np.random.default_rng(1)
     bodies.data.qpos[3:7] = rng.normal(size=4)
-    bodies.restore(bodies.save())
+    bodies.restore(bodies.state())
     motion = bodies.motion()
     rotation, smooth = motion.rotation[0], motion.smooth[0]
     shape = of(bodies)
@@ -84,10 +84,10 @@ def test_boundary_particles_keep_to_the_axis_and_do_not_spin(make_bodies):
     start = bodies.motion().turn[0]
     bodies.data.qvel[4] = 3.0
     bodies.data.qpos[3:7] = np.cos(0.7), 0, np.sin(0.7), 0
-    bodies.restore(bodies.save())
+    bodies.restore(bodies.state())
     assert bodies.motion().turn[0] == pytest.approx(start, abs=1e-12)
     bodies.data.qpos[3:7] = np.cos(0.2), np.sin(0.2), 0, 0
-    bodies.restore(bodies.save())
+    bodies.restore(bodies.state())
     motion = bodies.motion()
     assert motion.turn[0] == pytest.approx(motion.rotation[0], abs=1e-12)
     assert make_bodies(free(KEEL.replace("0.01 0.01 0.01", "0.1 0.1 0.1")), spacing=0.04).motion().smooth is None
@@ -112,7 +112,7 @@ def float_cylinder(tmp_path, viscosity: float, spin: float):
     )
     bodies = load(scene)
     bodies.data.qvel[4] = spin
-    bodies.restore(bodies.save())
+    bodies.restore(bodies.state())
     return Simulation(scene, bodies=bodies, coupler=make(scene.coupler, bodies), threads=1)
 
 

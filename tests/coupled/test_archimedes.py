@@ -91,7 +91,7 @@ def test_results_do_not_depend_on_the_number_of_threads(tmp_path):
         bodies = load(scene)
         sim = Simulation(scene, bodies=bodies, coupler=make(scene.coupler, bodies), threads=int(threads))
         sim.run()
-        data.append(np.concatenate([sim.fluid.position.ravel(), bodies.save()]))
+        data.append(np.concatenate([sim.fluid.position.ravel(), bodies.state()["mujoco"]]))
     assert (data[0] == data[1]).all()
 
 

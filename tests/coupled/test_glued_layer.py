@@ -68,7 +68,7 @@ def test_glued_particles_stay_with_the_body_and_keep_momentum(block, tmp_path):
     glued = sim.fluid.label >= sim.glue._first
     before = sim.fluid.position[np.argsort(sim.fluid.label)][-glued.sum() :].copy()
     sim.bodies.data.qvel[0] = 1.0
-    sim.bodies.restore(sim.bodies.save())
+    sim.bodies.restore(sim.bodies.state())
     sim.run(until=0.05)
     after = sim.fluid.position[np.argsort(sim.fluid.label)][-glued.sum() :]
     moved = sim.bodies.motion().position[0, [0, 2]] - [0.0, -0.24]

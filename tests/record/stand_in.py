@@ -79,6 +79,13 @@ class Simulation:
         self.memory_bytes, self.phases, self.warnings = 1000, {"pressure": np.float64(0.5)}, ["a warning"]
         self.events = []
 
+    @property
+    def now(self):
+        return Moment(self.time, self.step_count, 0.1 * self.step_count)
+
+    def state(self):
+        return {"time": self.time}
+
     def audit(self):
         return {"volume_drift": np.float64(1e-4)}
 

@@ -14,7 +14,11 @@ simulation = fsi.Simulation(scene, threads=1)
 simulation.run(until=0.1, on_step=lambda sim: print(sim.time))
 simulation.step()
 warnings: list[str] = simulation.warnings
+with fsi.open(scene) as session:
+    now: float = session.step()
+opened: fsi.Session = session
 heights: list[float] = fsi.load_run(ended.folder).elevation.values.tolist()
+again: fsi.Run = fsi.resume(ended.folder, until=0.2)
 page: Path = fsi.report(ended.folder)
 study = fsi.sweep("study.toml", threads=1)
 rows = fsi.validate(["still_*"], levels=["coarse"])

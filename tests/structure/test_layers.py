@@ -28,6 +28,7 @@ LAYERS = (  # of fsi, from below; those in one layer know nothing of each other,
     {"simulation"},
     {"estimate", "session"},
     {"runner"},
+    {"resuming"},
     {""},  # fsi itself, the public names
     {"command"},
     {"__main__"},

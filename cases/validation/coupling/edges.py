@@ -73,7 +73,7 @@ class Momentum(Measure):
 
     def begin(self, sim) -> None:
         sim.bodies.data.qvel[0] = SPEED
-        sim.bodies.restore(sim.bodies.save())
+        sim.bodies.restore(sim.bodies.state())
         self.mass = float(sim.bodies.mass[0])
 
     def sample(self, sim) -> None:
@@ -90,7 +90,7 @@ class Flight(Measure):
 
     def begin(self, sim) -> None:
         sim.bodies.data.qvel[2] = 2 * SPEED
-        sim.bodies.restore(sim.bodies.save())
+        sim.bodies.restore(sim.bodies.state())
         self.start, self.worst = float(sim.bodies.motion().position[0, 2]), 0.0
 
     def sample(self, sim) -> None:

@@ -160,7 +160,7 @@ class Group:
 def _approach(sim) -> None:
     """Towards each other."""
     sim.bodies.data.qvel[[0, 6]] = SPEED, -SPEED
-    sim.bodies.restore(sim.bodies.save())
+    sim.bodies.restore(sim.bodies.state())
 
 
 _GRAM, _TONNE = GRAM[1] / 2 - 1e-3 / (RHO * GRAM[0]), TONNE[1] / 2 - 1.0 / TONNE[0]

@@ -1,0 +1,103 @@
+"""Going on with a run that was interrupted or killed, and completing what it left."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from pathlib import Path
+
+from fsi.errors import SceneError
+from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
+from fsi.runner import Run, finish
+from fsi.scene.file import load_scene
+from fsi.simulation import checkpoint
+
+
+def resume(
+    directory: str | Path, *, until: float | None = None, threads: int | None = None, quiet: bool = False
+) -> Run:
+    """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
+    not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
+    that was never stopped, bit for bit; `wall_time` apart.
+
+    Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
+    RunError where the run fails.
+    """
+    path = Path(directory)
+    say = (lambda line: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
+    folder = RunFolder(path)
+    folder.manifest = manifest = read_manifest(path)
+    status = liveness(manifest)
+    if status == "running":
+        fault = f"{path} holds a run that is going on (process {manifest['pid']} on {manifest['host']})"
+        raise SceneError(fault, fix="wait for it, or stop it first")
+    scene = load_scene(path / "scene.toml")
+    if status == "done" and (until or scene.duration) <= manifest["simulated_seconds"] * (1 + 1e-9):
+        raise SceneError(f"{path} holds a run that is done", fix="give a later time with --until")
+    facts, state = _latest(path, say)
+    if wrong := differences(facts, checkpoint.circumstances(scene)):
+        fix = "use what wrote it, or run the scene again in another folder"
+        raise SceneError("the checkpoint is one of another run:\n" + "\n".join(wrong), file=path, fix=fix)
+    from fsi.record.background import open_recorders
+    from fsi.simulation.loop import Simulation
+
+    recorders = open_recorders(scene, path, None, facts["log"])
+    sim = Simulation(scene, recorders=recorders, threads=threads)
+    try:
+        sim.restore(state)
+    except (ValueError, KeyError) as fault:
+        raise SceneError(f"the checkpoint does not fit: {fault}", file=path, fix="run the scene again") from fault
+    del state
+    again = [*manifest.get("resumed", []), {"time": facts["time"], "step": facts["step"], "was": status}]
+    folder.write(status="running", reason="", resumed=again, threads=sim.threads, **process())
+    say(f"going on in {path} from t = {facts['time']:.4g} s, step {facts['step']}")
+    result = finish(sim, folder, recorders, scene.duration if until is None else until, say, quiet=quiet)
+    if result.status == "done" and scene.output.timeline:
+        from fsi.record.timeline_reader import mend
+
+        mend(path / "run.rrd")
+    return result
+
+
+def recover(directory: str | Path) -> str:
+    """Complete `run.mcap` of a run that was killed, with its summary, and say so in `run.json`; a line on what was found.
+    Nothing is done to a run that is going on (SceneError) or has been completed."""
+    path = Path(directory)
+    folder = RunFolder(path)
+    folder.manifest = manifest = read_manifest(path)
+    if liveness(manifest) == "running":
+        raise SceneError(f"{path} holds a run that is going on (process {manifest['pid']})", fix="stop it first")
+    if liveness(manifest) == "killed":
+        folder.write(status="killed", reason="the process ended without a word")
+    log = path / "run.mcap"
+    if not log.is_file():
+        return f"{path} has no log"
+    from fsi.record.mcap_reader import rewrite
+
+    count, complete = rewrite(log)
+    return f"{log}: {count} messages, {'was complete' if complete else 'now complete'}"
+
+
+def differences(found: dict, here: dict) -> list[str]:
+    """Lines on how the circumstances of a checkpoint differ from those here (`checkpoint.circumstances`)."""
+    versions = [
+        f"{name} was {number}, is {here['versions'].get(name, 'not there')}"
+        for name, number in found["versions"].items()
+        if here["versions"].get(name) != number
+    ]
+    lines = difflib.unified_diff(found["scene"].splitlines(), here["scene"].splitlines(), lineterm="", n=0)
+    return versions + [f"scene.toml: {line}" for line in list(lines)[2:] if not line.startswith("@@")]
+
+
+def _latest(path: Path, say) -> tuple[dict, dict]:
+    """Facts and state of the newest checkpoint that is whole."""
+    for file in checkpoint.files(path):
+        try:
+            return checkpoint.read(file)
+        except SceneError as fault:
+            say(str(fault))
+    every = "output.checkpoint = 300 writes one every 300 s"
+    raise SceneError(f"{path} holds no checkpoint", fix=f"run the scene again in another folder; {every}")
+
+
+__all__ = ["differences", "recover", "resume"]

@@ -1,0 +1,147 @@
+"""A simulation with a run folder: `run.json` stays true and the streams are closed, however the run ends."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+from fsi.errors import RunError
+from fsi.protocols import Event, Recorder
+from fsi.record.run_folder import RunFolder
+from fsi.simulation.checkpoint import Checkpoints
+from fsi.simulation.loop import Simulation
+from fsi.simulation.signals import Interruption
+
+BEAT = 2.0  # wall time [s] between the signs of life in `run.json`
+
+
+def carry_out(
+    sim: Simulation,
+    folder: RunFolder,
+    recorders: list[Recorder],
+    until: float,
+    on_step: Callable[[Simulation], None],
+    say: Callable[[str], None],
+) -> int | None:
+    """Run a simulation to `until` [s] in its folder, with checkpoints; the signal that ended it before, None if none did.
+    Raises RunError where it fails."""
+    interruption = Interruption(say, lambda name: _leave(sim, folder, recorders, name))
+    with interruption, logged(sim, folder, recorders, say) as checkpoints:
+
+        def step(sim: Simulation) -> None:
+            on_step(sim)
+            if interruption.number is not None and checkpoints:
+                checkpoints.take()
+            interruption.check()
+            if checkpoints:
+                checkpoints(sim)
+
+        sim.run(until, step)
+    return interruption.number
+
+
+@contextmanager
+def logged(
+    sim: Simulation, folder: RunFolder, recorders: list[Recorder], say: Callable[[str], None] = lambda line: None
+) -> Iterator[Checkpoints | None]:
+    """Keep the folder of the run inside, with a heartbeat in `run.json`; an interruption (KeyboardInterrupt) is swallowed, an
+    error passes on. Of two errors the run's own is the one raised, the other one is said. Gives what writes checkpoints,
+    None where the scene wants none. Raises RunError where something could not be written."""
+    every = sim.scene.output.checkpoint
+    checkpoints = Checkpoints(sim, folder.path, every, say) if every else None
+    with _manifest(folder, sim, checkpoints), _heartbeat(folder):
+        try:
+            with _closing(recorders, sim, say):
+                yield checkpoints
+        finally:
+            if checkpoints:
+                checkpoints.close()
+
+
+def _leave(sim: Simulation, folder: RunFolder, recorders: list[Recorder], name: str) -> None:
+    """Complete the log and `run.json` from another thread, while the step in hand goes on, and will not be waited for."""
+    event = Event(sim.now, "warning", f"interrupted by {name} within a step")
+    for recorder in recorders:
+        with suppress(Exception):  # the run may be closing it just now
+            recorder.event(event)
+            recorder.end()
+    facts = {"steps": sim.step_count, "simulated_seconds": sim.time, "wall_seconds": sim.now.wall_time}
+    folder.write(status="interrupted", reason=f"stopped by {name} within a step", **facts)
+
+
+@contextmanager
+def _heartbeat(folder: RunFolder) -> Iterator[None]:
+    """Renew the time in `run.json` every `BEAT` seconds."""
+    over = threading.Event()
+
+    def beat() -> None:
+        while not over.wait(BEAT):
+            with suppress(OSError):
+                folder.beat()
+
+    thread = threading.Thread(target=beat, name="heartbeat", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+@contextmanager
+def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None) -> Iterator[None]:
+    status, reason = "failed", ""
+    try:
+        yield
+        status = "done"
+    except KeyboardInterrupt as signal:
+        status, reason = "interrupted", f"stopped by {signal}" if str(signal) else "stopped by a signal"
+    except BaseException as error:
+        reason = str(error) or type(error).__name__
+        raise
+    finally:
+        facts = {"status": status, "reason": reason, "wall_seconds": sim.now.wall_time, **outcome(sim)}
+        if checkpoints:
+            facts["checkpoints"] = {"seconds": checkpoints.seconds, "bytes": checkpoints.bytes}
+        try:
+            folder.write(**facts)
+        except OSError as fault:
+            raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
+
+
+def outcome(sim: Simulation) -> dict:
+    """What `run.json` says of a simulation so far."""
+    return {
+        "steps": sim.step_count,
+        "simulated_seconds": sim.time,
+        "memory_bytes": sim.memory_bytes,
+        "phases": dict(sim.phases),
+        "audit": sim.audit(),
+        **({"coupling": sim.coupling()} if sim.bodies else {}),
+        "warnings": sim.warnings,
+        "events": [{"time": e.moment.time, "level": e.level, "text": e.text} for e in sim.events],
+    }
+
+
+@contextmanager
+def _closing(recorders: list[Recorder], sim: Simulation, say: Callable[[str], None]) -> Iterator[None]:
+    """Close the streams after a last event that says how the run ended."""
+    try:
+        yield
+    except BaseException as error:
+        level, text = ("warning", "interrupted") if isinstance(error, KeyboardInterrupt) else ("error", str(error))
+        try:
+            _close(recorders, sim, level, text)
+        except RunError as second:
+            say(str(second))
+        raise
+    _close(recorders, sim, "info", "done")
+
+
+def _close(recorders: list[Recorder], sim: Simulation, level: str, text: str) -> None:
+    try:
+        sim.finish(level, text)
+    finally:
+        for recorder in recorders:
+            recorder.end()
