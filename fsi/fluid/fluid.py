@@ -197,8 +197,23 @@ class Fluid:
         self._acceleration = acceleration
         self.solids.accelerate(acceleration, self.force.uniform)
         self.solver.update(self.k, self.dt, response)
+        if self._counts is not None:
+            self._weigh_rows(response)
         wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
         return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
+
+    @property
+    def _counts(self) -> np.ndarray | None:
+        """How often the pressure of each particle (n,) counts in the gradient; None without a free surface."""
+        return None if self.scene.closed else self.work.coefficients[: self.count, columns.COUNTS]
+
+    def _weigh_rows(self, response: LinearResponse | None) -> None:
+        """Let pressures and their responses count in the gradient as the rows under a free surface need it
+        (`fsi.sph.kernel.surface_rows`), for the forces on the fluid and on the bodies alike."""
+        self.halo.refresh(self.work.coefficients, slice(columns.COUNTS, columns.COUNTS + 1))
+        self.work.field[: self.count, columns.field(self.dim).p] *= self._counts
+        if response:
+            response.rows[: self.count] *= self._counts[:, None]
 
     def respond(self, acceleration: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """`pressure`, and what each acceleration in `units` (m, owners, 6) adds: the wrench (owners, 6), then the changes
@@ -253,7 +268,8 @@ class Fluid:
         velocities as they were."""
         velocity = self.velocity.copy()
         self.predict()
-        self.pressure(acceleration)
+        self.solids.accelerate(acceleration, self.force.uniform)
+        self.solver.update(self.k, self.dt)
         self.solver.settle(self.k, tolerance, most)
         self.particles.pressure[:] = self.work.field[: self.count, self.dim]
         self.velocity[:] = velocity
@@ -272,7 +288,7 @@ class Fluid:
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""
-        return self._last["residual"] if self._last else self.solver.residual()
+        return self._last["residual"] if self._last else self.solver.residual(self._counts)
 
     @property
     def fields(self) -> dict[str, np.ndarray]:

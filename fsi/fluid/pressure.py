@@ -3,6 +3,8 @@ they take (`fsi.fluid.chebyshev`)."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from fsi.fluid.chebyshev import Iteration, iteration, solution
 from fsi.fluid.parts import Parts, PressureSolver
 from fsi.fluid.response import LinearResponse
@@ -62,9 +64,11 @@ class Relaxation:
         parts.work.join()
         self.sweeps = self.most_sweeps = 0
 
-    def residual(self) -> float:
+    def residual(self, counts: np.ndarray | None = None) -> float:
         """See `PressureSolver`."""
-        return self._change(self._parts.work.twin if len(self.weights) > 1 else self._parts.work.trial)
+        work, n = self._parts.work, self._parts.particles.count
+        last = work.twin if len(self.weights) > 1 else work.trial
+        return self._change(last, None if counts is None else work.field[:n] / counts[:n, None])
 
     def state(self) -> dict:
         """See `PressureSolver`."""
@@ -116,10 +120,11 @@ class Relaxation:
     def _run(self, kernel, *args) -> None:
         self._parts.team.run(kernel, self._parts.near.bounds, self._parts.near.groups, *args)
 
-    def _change(self, last) -> float:
-        """Change of the pressure from the rows `last`, as a share of its largest value."""
+    def _change(self, last, now=None) -> float:
+        """Change of the pressure in the rows `now` (those of `field` if not given) from the rows `last`, as a share of its
+        largest value."""
         parts = self._parts
-        found = largest_change(parts.work.field, last, parts.particles.count, self._dim)
+        found = largest_change(parts.work.field if now is None else now, last, parts.particles.count, self._dim)
         largest, change = (parts.reductions.largest_of(value) for value in found)
         return change / largest if largest > 0 else 0.0
 

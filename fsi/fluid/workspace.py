@@ -69,7 +69,7 @@ class Workspace:
             "trial": columns.trial(dim).width("filled" if shifts and not scene.closed else "r" if dense else "u"),
             "flow": columns.flow(dim).width("r" if dense else "mu" if varies else "u"),
             "field": columns.field(dim).width("r" if dense else "p"),
-            "coefficients": columns.COEFFICIENTS.width("support" if shifts else "inner"),
+            "coefficients": columns.COEFFICIENTS.width("support" if shifts else "inner" if scene.closed else "counts"),
         }
         self._boundary, self._dtype, self._orders, self._spare = boundary, dtype, orders, spare
         self._viscous, self._two_fields = viscous, two_fields

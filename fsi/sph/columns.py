@@ -61,9 +61,9 @@ def field(dim: int) -> Columns:
 
 
 COEFFICIENTS = Columns(
-    diagonal=1, deficit=1, source=1, inner=1, support=1
-)  # of the pressure equation, a row a fluid particle
-DIAGONAL, DEFICIT, SOURCE, INNER, SUPPORT = COEFFICIENTS.of("diagonal deficit source inner support")
+    diagonal=1, deficit=1, source=1, inner=1, counts=1, support=1
+)  # of the pressure equation, a row a fluid particle; `counts`: how often its pressure counts in the gradient
+DIAGONAL, DEFICIT, SOURCE, INNER, COUNTS, SUPPORT = COEFFICIENTS.of("diagonal deficit source inner counts support")
 
 
 @cache
@@ -104,6 +104,11 @@ class Constants(NamedTuple):
     artificial_factor: float  # alpha c h C V
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface
+    filled1: float  # part of the support that is filled in the top row under a flat surface (`kernel.SurfaceRows`)
+    filled2: float  # in the next
+    filled3: float  # in the third
+    excess1: float  # by how much more than once the pressure of the top row counts in the gradient
+    excess2: float  # that of the next
     relaxation: float  # gamma
     suction: float  # share of gamma where the density is too small, see `Fluid.begin`
     density: float
