@@ -33,44 +33,40 @@ WELL_SPREAD = (
 )
 
 
-@cache
-def make_shear_rate(dim: int):
-    """`shear_rate(G, M)`: sqrt(2 S : S) of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of
-    x_ij (Randles & Libersky 1996); of G itself where the neighbours are nearly in a line or plane. G, M (DIM, DIM)."""
-    DIM = dim
-
-    @helper(dim, inline=True)
-    def shear_rate(G, M):
-        inverse, gradient = small_matrix(DIM, DIM), small_matrix(DIM, DIM)
-        if DIM == 2:
-            det = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
-            inverse[0, 0], inverse[1, 1] = M[1, 1], M[0, 0]
-            inverse[0, 1], inverse[1, 0] = -M[0, 1], -M[1, 0]
-        else:
-            for a in range(3):
-                for b in range(3):
-                    p, q, r, s = (b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3
-                    inverse[a, b] = M[p, r] * M[q, s] - M[p, s] * M[q, r]
-            det = M[0, 0] * inverse[0, 0] + M[0, 1] * inverse[1, 0] + M[0, 2] * inverse[2, 0]
-        even = 0.0
-        for a in range(DIM):
-            even += M[a, a] / DIM
-        well_spread = det > WELL_SPREAD * even**DIM
-        for a in range(DIM):
-            for b in range(DIM):
-                gradient[a, b] = G[a, b]
-                if well_spread:
-                    gradient[a, b] = 0.0
-                    for c in range(DIM):
-                        gradient[a, b] += G[a, c] * inverse[c, b] / det
-        total = 0.0
-        for a in range(DIM):
-            for b in range(DIM):
-                strain = 0.5 * (gradient[a, b] + gradient[b, a])
-                total += 2.0 * strain * strain
-        return math.sqrt(total)
-
-    return shear_rate
+@helper()
+def shear_rate(G, M):
+    """sqrt(2 S : S) of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles &
+    Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
+    dim = G.shape[0]
+    inverse = small_matrix(3, 3)
+    if dim == 2:
+        det = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
+        inverse[0, 0], inverse[1, 1] = M[1, 1], M[0, 0]
+        inverse[0, 1], inverse[1, 0] = -M[0, 1], -M[1, 0]
+    else:
+        for a in range(3):
+            for b in range(3):
+                p, q, r, s = (b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3
+                inverse[a, b] = M[p, r] * M[q, s] - M[p, s] * M[q, r]
+        det = M[0, 0] * inverse[0, 0] + M[0, 1] * inverse[1, 0] + M[0, 2] * inverse[2, 0]
+    even = 0.0
+    for a in range(dim):
+        even += M[a, a] / dim
+    if det > WELL_SPREAD * even**dim:
+        gradient = small_matrix(3, 3)
+        for a in range(dim):
+            for b in range(dim):
+                gradient[a, b] = 0.0
+                for c in range(dim):
+                    gradient[a, b] += G[a, c] * inverse[c, b] / det
+    else:
+        gradient = G
+    total = 0.0
+    for a in range(dim):
+        for b in range(dim):
+            strain = 0.5 * (gradient[a, b] + gradient[b, a])
+            total += 2.0 * strain * strain
+    return math.sqrt(total)
 
 
 @cache
@@ -81,7 +77,6 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
     liquid of each; `laws` (m, 4): mu_0, mu_inf, K and the factor rho (C_s dr)^2 of the eddies (`fsi.fluid.rheology`)."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, MU = columns.flow(dim).of("x u mu")
-    shear_rate = make_shear_rate(dim)
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
