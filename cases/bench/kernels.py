@@ -2,7 +2,7 @@
 
 A few scenes run for a moment, each kernel's call is kept with its arguments and then repeated on them alone. With `--against
 DIR` a process with the code of each checkout does so, the two take turns kernel by kernel, and what a call changes in its
-arguments is compared bit for bit.
+arguments is compared bit for bit; the signs of zeros alone are told apart from what differs.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import copy
-import hashlib
 import importlib
 import importlib.util
 import io
@@ -22,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -91,32 +91,44 @@ class Calls:
         one = lambda a: known.setdefault(id(a), _twin(a)) if isinstance(a, np.ndarray) else a  # noqa: E731
         return tuple(tuple(one(x) for x in a) if type(a) is tuple else one(a) for a in args)
 
-    def measure(self, name: str, seconds: float) -> dict:
-        """Best nanoseconds per particle of the kernel over so many seconds, and a digest of what it changes."""
+    def measure(self, name: str, seconds: float, file: str) -> dict:
+        """Best nanoseconds per particle of the kernel over so many seconds; its arrays before and after into the file."""
         kernel, args = self.named[name]
-        chunks, best, spent, digest = args[0], np.inf, 0.0, ""
-        while spent < seconds or not digest:
+        chunks, best, spent = args[0], np.inf, 0.0
+        while spent < seconds:
             fresh = self._copy(args)
             counter = np.zeros(1, np.int64)
             start = time.perf_counter()
             kernel(counter, *fresh)
             taken = time.perf_counter() - start
-            digest = digest or self._digest(_arrays(args), _arrays(fresh))
+            if not spent:
+                np.savez(file, *_arrays(args), *_arrays(fresh))
             best, spent = min(best, taken), spent + taken
-        return {"ns": 1e9 * best / max(1, int(chunks[-1] - chunks[0])), "digest": digest, "particles": int(chunks[-1])}
+        return {"ns": 1e9 * best / max(1, int(chunks[-1] - chunks[0])), "particles": int(chunks[-1])}
 
-    @staticmethod
-    def _digest(before: list[np.ndarray], after: list[np.ndarray]) -> str:
-        total = hashlib.sha256()
-        for one, two in zip(before, after, strict=True):
-            a, b = (np.ascontiguousarray(x).reshape(-1).view(np.uint8) for x in (one, two))
-            changed = np.flatnonzero(a != b)
-            total.update(changed.tobytes() + b[changed].tobytes())
-        return total.hexdigest()
+
+def verdict(one: list[np.ndarray], two: list[np.ndarray]) -> str:
+    """Of two calls, each given by its arrays before and those after: "same bits" where all numbers that either call changed
+    end up the same, "same values" where they differ in the signs of zeros, else "DIFFERENT"."""
+    half, found = len(one) // 2, "same bits"
+    if [(a.shape, a.dtype) for a in one] != [(b.shape, b.dtype) for b in two]:
+        return "DIFFERENT"
+    for n in range(half):
+        before, after = (one[n], two[n]), (one[half + n], two[half + n])
+        changed = np.logical_or(*(_bits(a) != _bits(b) for a, b in zip(before, after, strict=True)))
+        if not np.array_equal(*(_bits(a)[changed] for a in after)):
+            if not np.array_equal(*(a.ravel()[changed] for a in after)):
+                return "DIFFERENT"
+            found = "same values"
+    return found
+
+
+def _bits(a: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(a).ravel().view(f"u{a.itemsize}")
 
 
 def serve() -> None:
-    """Answer requests, one a line: the command of a run, or [kernel, seconds] of that run's kernels."""
+    """Answer requests, one a line: the command of a run, or a kernel of that run, seconds and a file for its arrays."""
     answers, calls = sys.stdout, None
     for line in sys.stdin:
         request = json.loads(line)
@@ -124,7 +136,7 @@ def serve() -> None:
             calls = Calls(request["run"])
             answer = list(calls.named)
         else:
-            answer = calls.measure(request["kernel"], request["seconds"])
+            answer = calls.measure(**request)
         print(json.dumps(answer), file=answers, flush=True)
 
 
@@ -173,27 +185,26 @@ def _commands(names: list[str], folder: Path) -> dict[str, list[str]]:
     return commands
 
 
-def compare(folders: list[Path], names: list[str], rounds: int) -> list[dict]:
-    """A row for each kernel of each trial: ns per particle with each checkout, and whether all give the same bits."""
-    rows = []
+def compare(folders: list[Path], names: list[str], rounds: int) -> Iterator[dict]:
+    """A row for each kernel of each trial: ns per particle with each checkout, and the `verdict` on the last of them."""
     with tempfile.TemporaryDirectory() as scratch, contextlib.ExitStack() as stack:
         checkouts = [stack.enter_context(contextlib.closing(Checkout(folder))) for folder in folders]
         for trial, command in _commands(names, Path(scratch)).items():
             kernels = [c.ask(run=[*command, "--out", f"{scratch}/{trial}{n}"]) for n, c in enumerate(checkouts)]
             for kernel in kernels[0]:
                 if any(kernel not in other for other in kernels):
-                    rows.append({"trial": trial, "kernel": kernel, "ns": [np.nan], "same": False, "particles": 0})
+                    yield {"trial": trial, "kernel": kernel, "ns": [np.nan], "verdict": "MISSING", "particles": 0}
                     continue
-                best, digests = [np.inf] * len(checkouts), [None] * len(checkouts)
+                best, files = [np.inf] * len(checkouts), [f"{scratch}/{n}.npz" for n in range(len(checkouts))]
                 for _ in range(rounds):
                     for n, checkout in enumerate(checkouts):
-                        found = checkout.ask(kernel=kernel, seconds=TURN)
-                        best[n], digests[n] = min(best[n], found["ns"]), found["digest"]
-                same = len(set(digests)) == 1 or kernel in UNORDERED
-                rows.append(
-                    {"trial": trial, "kernel": kernel, "ns": best, "same": same, "particles": found["particles"]}
-                )
-                yield rows[-1]
+                        found = checkout.ask(name=kernel, seconds=TURN, file=files[n])
+                        best[n] = min(best[n], found["ns"])
+                arrays = [list(np.load(file).values()) for file in files]
+                judged = "unordered" if kernel in UNORDERED else verdict(arrays[0], arrays[-1])
+                yield {
+                    "trial": trial, "kernel": kernel, "ns": best, "verdict": judged, "particles": found["particles"],
+                }  # fmt: skip
 
 
 def kernel_costs(names: list[str], rounds: int) -> list[dict]:
@@ -218,8 +229,8 @@ def main() -> None:
             f"{ns:9.2f}" for ns in row["ns"]
         )
         if len(folders) > 1:
-            line += f"  {row['ns'][0] / row['ns'][-1]:6.3f}  {'same bits' if row['same'] else 'DIFFERENT'}"
-            bad += not row["same"]
+            line += f"  {row['ns'][0] / row['ns'][-1]:6.3f}  {row['verdict']}"
+            bad += row["verdict"] in ("DIFFERENT", "MISSING")
         print(line, flush=True)
     sys.exit(1 if bad else 0)
 

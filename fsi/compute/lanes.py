@@ -8,6 +8,7 @@ rows, `other_*` gives one neighbour's numbers to all lanes. Indices must not be 
 
 from __future__ import annotations
 
+import math
 import operator
 
 import numpy as np
@@ -367,14 +368,31 @@ def room_for(typing, sums):
     return out(sums), gen
 
 
-def _stack_array(context, builder, kind, numbers):
+def _stack_array(context, builder, kind, *shape):
     """An array of this type that nobody counts references to."""
     element = context.get_value_type(kind.dtype)
-    data = cgutils.alloca_once(builder, element, size=numbers)
+    data = cgutils.alloca_once(builder, element, size=math.prod(shape))
     array = context.make_array(kind)(context, builder)
-    size, step = ir.Constant(I64, numbers), ir.Constant(I64, context.get_abi_sizeof(element))
-    populate_array(array, data=data, shape=[size], strides=[step], itemsize=step, meminfo=None)
+    itemsize = context.get_abi_sizeof(element)
+    steps = [itemsize * math.prod(shape[d + 1 :]) for d in range(len(shape))]
+    constants = lambda values: [ir.Constant(I64, value) for value in values]  # noqa: E731
+    item = ir.Constant(I64, itemsize)
+    populate_array(array, data=data, shape=constants(shape), strides=constants(steps), itemsize=item, meminfo=None)
     return array._getvalue()
+
+
+@_lane_op
+def small(typing, n):
+    """n doubles on the stack, a constant; they hold anything, and must not outlive the function."""
+    out = types.Array(types.float64, 1, "C")
+    return out(n), lambda context, builder, sig, args: _stack_array(context, builder, out, n.literal_value)
+
+
+@_lane_op
+def small_matrix(typing, n, m):
+    """The same for n x m doubles."""
+    out, shape = types.Array(types.float64, 2, "C"), (n.literal_value, m.literal_value)
+    return out(n, m), lambda context, builder, sig, args: _stack_array(context, builder, out, *shape)
 
 
 @_lane_op

@@ -29,9 +29,9 @@ from fsi.compute.jit import compiled, helper
 from fsi.compute.lanes import at, claim, lane_of, room_for, store_all
 
 FLUID, WALLS, ALL = (0, 1), (1, 2), (0, 2)  # parts of a list, as columns of the span of its group
-# Besides its arguments, a kernel's functions may ask for: the number of the chunk, the part of the list `neighbours` that
-# holds walls, and what `scratch` made.
-PLACE = ("chunk", "walls_from", "walls_to", "neighbours", "scratch")
+# Besides its arguments, a kernel's functions may ask for: the number of the chunk and the part of the list
+# `neighbours` that holds walls.
+PLACE = ("chunk", "walls_from", "walls_to", "neighbours")
 
 
 class Sum(NamedTuple):
@@ -46,13 +46,15 @@ class Sum(NamedTuple):
 
 def over_pairs(
     name: str, variant: tuple, *, takes: str, sum: Sum, where: Callable | None = None, otherwise: Sum | None = None,
-    start: Callable | None = None, scratch: Callable | None = None,
+    start: Callable | None = None,
 ):  # fmt: skip
     """The kernel `name` of this variant.
 
     where(s, e, ...): whether the group of rows s to e is summed up; the other groups take the sum `otherwise`, or none.
-    start(chunk, ...): called before the groups of each chunk. scratch(): arrays that a thread keeps for `finish`;
-    without it no function may make an array."""
+    start(chunk, ...): called before the groups of each chunk. No function may allocate memory; scratch that the compiler
+    can keep on the stack is made by `small` and `small_matrix` of `fsi.compute.lanes`.
+
+    Raises TypeError where a function names what the kernel does not take, or the kernel takes what the loop itself names."""
     text = _Text(name, variant, takes.split())
     work = text.work(sum, "a")
     if where:
@@ -62,7 +64,6 @@ def over_pairs(
         name=name,
         takes=", ".join(takes.split()),
         buffers="".join(text.buffers),
-        scratch=f"scratch = {text.call(scratch, 'make_scratch')}\n" if scratch else "",
         start=f"{text.call(start, 'start', 'c')}\n" if start else "",
         work=_indented(work, 3).lstrip(),
     )
@@ -70,14 +71,13 @@ def over_pairs(
     exec(compile("\n".join(line for line in lines.splitlines() if line.strip()), __file__, "exec"), scope)
     loop = scope[name]
     loop.__module__ = sum.finish.__module__
-    return compiled(*variant, bare=scratch is None)(loop)
+    return compiled(*variant, bare=True)(loop)
 
 
 LOOP = """
 def {name}(counter, bounds, groups, {takes}):
     offset, count, group, span, neighbour_offset, neighbours = groups
     {buffers}
-    {scratch}
     while True:
         chunk = c = claim(counter)
         if c >= bounds.size - 1:

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
-
-from fsi.compute.jit import compiled, helper
-from fsi.compute.lanes import at, claim, dot, other, other_vector, own, own_vector, store, zero, zero_vector
+from fsi.compute.jit import helper
+from fsi.compute.lanes import dot, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.columns import DEFICIT, DIAGONAL, INNER, SOURCE
@@ -21,54 +19,42 @@ from fsi.sph.terms import closeness, divergence, laplacian_weight, lightness, pa
 def make_source(lanes: int, dim: int, dense: bool):
     """The source of the pressure equation, div u*/dt + gamma (1 - rho/rho_lattice)/dt^2, and its first sweep, from the
     pressures of `trial` into `field`: p + alpha (J(p) - p), J(p) = (sum a_ij p_j - s_i) / a_ii (`fsi.fluid.chebyshev`).
-    `before`, which may be `field`, keeps p for the next sweep.
-
-    The loop is written out: made by `over_pairs`, the products of unequal densities round otherwise in the last bit,
-    and existing results would change."""
+    `before`, which may be `field`, keeps p for the next sweep."""
     L, DIM = lanes, dim
     X, P, U, R = columns.trial(dim).of("x p u r")
 
-    @compiled(lanes, dim, dense)
-    def source(counter, bounds, groups, trial, field, before, coefficients, k, dt, alpha):
-        offset, count, group, span, list_offset, lst = groups
-        t_ = np.empty(2 * L, trial.dtype)
-        while True:
-            c = claim(counter)
-            if c >= bounds.size - 1:
-                break
-            base = list_offset[c]
-            for g in range(offset[c], offset[c] + count[c]):
-                s, e = group[g], group[g + 1]
-                x_i, u_i = own_vector(trial, s, X, L, DIM), own_vector(trial, s, U, L, DIM)
-                outflow, pull = zero(trial, L), zero(trial, L)
-                if dense:
-                    r_i = own(trial, s, R, L)
-                for n in range(base + span[g, 0], base + span[g, 2]):
-                    j = at(lst, n)
-                    x_ij = x_i - other_vector(trial, j, X, L, DIM)
-                    r2 = dot(x_ij, x_ij)
-                    f = slope(closeness(r2, k.inverse_support))
-                    a, out = (
-                        laplacian_weight(f, r2, k.eta2),
-                        divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij),
-                    )
-                    if dense:
-                        r_j = partner(r_i, other(trial, j, R, L))
-                        a, out = a * lightness(r_i, r_j), out * (r_j * lightness(r_i, r_j))
-                    outflow = outflow + out
-                    pull = pull + a * other(trial, j, P, L)
-                store(t_, 0, outflow)
-                store(t_, L, pull)
-                for i in range(s, e):
-                    m = i - s
-                    s_i = k.divergence_factor * t_[m] / dt + k.relaxation * coefficients[i, DEFICIT] / (dt * dt)
-                    coefficients[i, SOURCE] = s_i
-                    p, jacobi = trial[i, P], (k.laplacian_factor * t_[L + m] - s_i) / coefficients[i, DIAGONAL]
-                    inner = coefficients[i, INNER]
-                    before[i, P] = p
-                    field[i, P] = p + (1.0 + inner * (alpha - 1.0)) * (jacobi - p)
+    def hold(s, trial):
+        r_i = own(trial, s, R, L) if dense else zero(trial, L)
+        return own_vector(trial, s, X, L, DIM), own_vector(trial, s, U, L, DIM), r_i
 
-    return source
+    def empty(trial):
+        return zero(trial, L), zero(trial, L)
+
+    def pair(sums, mine, j, trial, k):
+        (outflow, pull), (x_i, u_i, r_i) = sums, mine
+        x_ij = x_i - other_vector(trial, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        f = slope(closeness(r2, k.inverse_support))
+        a = laplacian_weight(f, r2, k.eta2)
+        out = divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)
+        if dense:
+            r_j = partner(r_i, other(trial, j, R, L))
+            a, out = a * lightness(r_i, r_j), out * (r_j * lightness(r_i, r_j))
+        return outflow + out, pull + a * other(trial, j, P, L)
+
+    def finish(i, sums, trial, field, before, coefficients, k, dt, alpha):
+        outflow, pull = sums
+        s_i = k.divergence_factor * outflow / dt + k.relaxation * coefficients[i, DEFICIT] / (dt * dt)
+        coefficients[i, SOURCE] = s_i
+        p, jacobi = trial[i, P], (k.laplacian_factor * pull - s_i) / coefficients[i, DIAGONAL]
+        inner = coefficients[i, INNER]
+        before[i, P] = p
+        field[i, P] = p + (1.0 + inner * (alpha - 1.0)) * (jacobi - p)
+
+    return over_pairs(
+        "source", (lanes, dim, dense), takes="trial field before coefficients k dt alpha",
+        sum=Sum(hold, empty, ((ALL, pair),), finish),
+    )  # fmt: skip
 
 
 @cache

@@ -11,10 +11,8 @@ from __future__ import annotations
 import math
 from functools import cache
 
-import numpy as np
-
 from fsi.compute.jit import helper
-from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, small_matrix, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.terms import (
@@ -40,7 +38,7 @@ def shear_rate(G, M):
     """sqrt(2 S : S) of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles &
     Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
     dim = G.shape[0]
-    inverse = np.zeros((dim, dim))
+    inverse = small_matrix(3, 3)
     if dim == 2:
         det = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
         inverse[0, 0], inverse[1, 1] = M[1, 1], M[0, 0]
@@ -55,9 +53,10 @@ def shear_rate(G, M):
     for a in range(dim):
         even += M[a, a] / dim
     if det > WELL_SPREAD * even**dim:
-        gradient = np.zeros((dim, dim))
+        gradient = small_matrix(3, 3)
         for a in range(dim):
             for b in range(dim):
+                gradient[a, b] = 0.0
                 for c in range(dim):
                     gradient[a, b] += G[a, c] * inverse[c, b] / det
     else:
@@ -96,9 +95,9 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
             gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
         return gx, gy, gz + fx * component(u_ij, Z), mx, my, mz + fx * component(x_ij, Z)
 
-    def finish(i, sums, scratch, flow, kind, laws, rate, k):
+    def finish(i, sums, flow, kind, laws, rate, k):
         gx, gy, gz, mx, my, mz = sums
-        G, M = scratch
+        G, M = small_matrix(DIM, DIM), small_matrix(DIM, DIM)
         for b in range(DIM):
             G[0, b], G[Z, b] = k.divergence_factor * gx[b], k.divergence_factor * gz[b]
             M[0, b], M[Z, b] = k.divergence_factor * mx[b], k.divergence_factor * mz[b]
@@ -109,12 +108,9 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
         mu = laws[q, 1] + (laws[q, 0] - laws[q, 1]) / (1.0 + laws[q, 2] * rate[i])
         flow[i, MU] = mu + laws[q, 3] * rate[i]
 
-    def scratch():
-        return np.zeros((DIM, DIM)), np.zeros((DIM, DIM))
-
     return over_pairs(
         "shear", (lanes, dim, no_slip), takes="flow kind laws rate k",
-        sum=Sum(hold, empty, ((ALL if no_slip else FLUID, pair),), finish), scratch=scratch,
+        sum=Sum(hold, empty, ((ALL if no_slip else FLUID, pair),), finish),
     )  # fmt: skip
 
 
