@@ -68,8 +68,6 @@ def main() -> None:
     bodies, coupler, ground = bind(scene, scene.name)
     recorders = open_recorders(scene, Path("."))
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=1)
-    for recorder in recorders:
-        recorder.begin(scene, bodies)
     sim.step()
     for recorder in recorders:
         recorder.end()

@@ -43,8 +43,7 @@ class Flume:
             scene, bodies=bodies, coupler=coupler, ground=ground, recorders=self.recorders, threads=threads
         )
         before = set(threading.enumerate())
-        for recorder in self.recorders:
-            recorder.begin(scene, bodies)
+        self.sim.begin()
         self._writers = [thread for thread in threading.enumerate() if thread not in before]
         self.wall: list[float] = []  # seconds of a step, one value a visit
         self.processor: list[float] = []

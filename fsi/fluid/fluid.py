@@ -105,9 +105,7 @@ class Fluid:
         surface = not scene.closed
         self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         guarded = scene.numerics.wall_guard > 0 and b > 0
-        self._corrector = corrector.make_corrector(
-            L, D, guarded, len(self.zones) > 0, shifted, dense, shifted and surface
-        )
+        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface)
 
     # -------------------------------------------------------------------------------------- one step
 

@@ -57,7 +57,10 @@ class Background:
         self._lock = Lock()  # of the batch
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
-        """Open the streams here and now: the bodies' meshes must not be read while MuJoCo steps."""
+        """Open the streams here and now: the bodies' meshes must not be read while MuJoCo steps. Once only (RuntimeError):
+        two writers would share one queue."""
+        if self._thread:
+            raise RuntimeError("this recorder has begun already")
         try:
             for recorder in self._recorders:
                 recorder.begin(scene, bodies)

@@ -11,7 +11,7 @@ from functools import cache
 from fsi.compute.jit import helper
 from fsi.compute.lanes import small
 from fsi.sph import columns
-from fsi.sph.columns import DEFICIT, SUPPORT
+from fsi.sph.columns import COUNTS, DEFICIT, SUPPORT
 from fsi.sph.wall_guard import make_guard
 
 SPRAY = 0.55  # share of a full support, below which a particle near the surface is not shifted
@@ -19,9 +19,9 @@ PACE = 6.0  # shift along the surface: at most so much of the inner one for each
 
 
 @cache
-def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, edged: bool):
+def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool):
     """`advance(i, sums, chunk, ...)`: what `fsi.sph.corrector` does with the sums of particle i, in this order."""
-    DIM = dim
+    DIM, edged = dim, shifted and surface
     P, R = columns.field(dim).of("p r")
     U, FILLED = columns.trial(dim).of("u filled")
     guard_velocity, guard_shift = _make_guards(dim)
@@ -63,7 +63,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
             x[d] += dt * u[d]
             if shifted:
                 x[d] += shift[d]
-        pressure[i] = field[i, P]
+        pressure[i] = field[i, P] / coefficients[i, COUNTS] if surface else field[i, P]
         book(x, u, r, mass, speed2, acceleration2, 1.0 / (1.0 - coefficients[i, DEFICIT]), totals[chunk])
 
     return advance

@@ -15,15 +15,16 @@ from fsi.sph.terms import closeness, interface_gradient, partner, pressure_gradi
 
 
 @cache
-def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, edged: bool):
+def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool):
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
     The wall guard bends the way of a fluid particle that would end too close to wall particles (`fsi.sph.wall_guard`); the
     impulse is handed to the owners of the wall particles in `impulse` (chunks, owners, 6), force part first, moment about
     `centre` (owners, DIM). The shift, which carries no momentum, is bent likewise.
     In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
-    end, rate]. `totals` (chunks, .): the columns of `columns.corrector_sums`."""
-    L, DIM = lanes, dim
+    end, rate]. With a `surface`, `field` holds pressures times how often they count. `totals` (chunks, .): the columns of
+    `columns.corrector_sums`."""
+    L, DIM, edged = lanes, dim, shifted and surface
     X, P, R = columns.field(dim).of("x p r")
     (FILLED,) = columns.trial(dim).of("filled")
 
@@ -73,9 +74,9 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
         return force / r_i, sparse, outward, nearest
 
     passes = ((ALL, pair),) + ((FLUID, surface_pair),) * edged + ((WALLS, wall_pair),) * guarded
-    finish = make_advance(dim, guarded, sponge, shifted, dense, edged)
+    finish = make_advance(dim, guarded, sponge, shifted, dense, surface)
     return over_pairs(
-        "correct", (lanes, dim, guarded, sponge, shifted, dense, edged), start=start,
+        "correct", (lanes, dim, guarded, sponge, shifted, dense, surface), start=start,
         sum=Sum(hold, empty, passes, finish, after if dense else None),
         takes="trial field coefficients label position velocity pressure body_force k dt zones first boundary "
         "boundary_velocity owner centre impulse totals",

@@ -9,9 +9,9 @@ from functools import cache
 
 from fsi.compute.jit import helper
 from fsi.compute.lanes import dot, other, other_vector, own, own_vector, zero, zero_vector
-from fsi.compute.pairs import ALL, FLUID, Sum, over_pairs
+from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
-from fsi.sph.columns import DEFICIT, DIAGONAL, INNER, SUPPORT
+from fsi.sph.columns import COUNTS, DEFICIT, DIAGONAL, INNER, SUPPORT
 from fsi.sph.terms import (
     artificial_viscosity,
     closeness,
@@ -22,6 +22,28 @@ from fsi.sph.terms import (
     slope,
     viscous,
 )
+
+SPRAY = 0.45  # filled part of the support up to which a particle belongs to no surface
+FLAT = 0.3  # of the way from row to row over which the excess stays, so that small motions of a row do not change it
+
+
+@helper()
+def surface_excess(filled, k):
+    """By how much more than once a particle's pressure counts in the gradient, from the filled part of its support: `excess1`
+    in the top row under a free surface, `excess2` in the next, 0 inside and in spray (`fsi.sph.kernel.surface_rows`)."""
+    if filled >= 1.0 or filled <= SPRAY:
+        return 0.0
+    near1, near2 = FLAT * (k.filled2 - k.filled1), FLAT * (k.filled3 - k.filled2)
+    if filled < k.filled1 - near1:
+        return k.excess1 * (filled - SPRAY) / (k.filled1 - near1 - SPRAY)
+    if filled < k.filled1 + near1:
+        return k.excess1
+    if filled < k.filled2 - near1:
+        between = (filled - k.filled1 - near1) / (k.filled2 - k.filled1 - 2.0 * near1)
+        return k.excess1 + (k.excess2 - k.excess1) * between
+    if filled < k.filled2 + near2:
+        return k.excess2
+    return k.excess2 * max(0.0, (k.filled3 - near2 - filled) / (k.filled3 - k.filled2 - 2.0 * near2))
 
 
 @helper()
@@ -34,8 +56,8 @@ def surface_gate(position_divergence):
 def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool):
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
-    deficit of the density against the lattice's. `viscosity`: "none", "no_slip" where walls drag, "free_slip". Without a
-    `surface` a gap between particles is no free surface, and the shift closes it."""
+    deficit of the density against the lattice's, and how often its pressure counts. `viscosity`: "none", "no_slip" where
+    walls drag, "free_slip". Without a `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM = lanes, dim
     X, U, R = columns.flow(dim).of("x u r")
     U_NEW, FILLED = columns.trial(dim).of("u filled")
@@ -46,10 +68,10 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         return own_vector(flow, s, X, L, DIM), u_i, own(flow, s, R, L) if dense else zero(flow, L)
 
     def empty(flow):
-        return zero(flow, L), zero(flow, L), zero(flow, L), zero_vector(flow, L, DIM), zero(flow, L)
+        return zero(flow, L), zero(flow, L), zero(flow, L), zero_vector(flow, L, DIM), zero(flow, L), zero(flow, L)
 
     def pair(sums, mine, j, flow, k):
-        (laplacian, density, spread, force, linked), (x_i, u_i, r_i) = sums, mine
+        (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         t = closeness(r2, k.inverse_support)
@@ -59,10 +81,16 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
             linked = linked + a * lightness(r_i, partner(r_i, other(flow, j, R, L)))
         if no_slip:
             force = force + viscous(a, u_i - other_vector(flow, j, U, L, DIM)) * k.viscous_factor
-        return laplacian + a, density + kernel(t), spread + f * r2, force, linked
+        return laplacian + a, density + kernel(t), spread + f * r2, force, linked, solid
+
+    def wall_pair(sums, mine, j, flow, k):
+        (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        return laplacian, density, spread, force, linked, solid + slope(closeness(r2, k.inverse_support)) * r2
 
     def fluid_pair(sums, mine, j, flow, k):
-        (laplacian, density, spread, force, linked), (x_i, u_i, r_i) = sums, mine
+        (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         u_ij = u_i - other_vector(flow, j, U, L, DIM)
         r2 = dot(x_ij, x_ij)
@@ -75,10 +103,10 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
             force = force + damping
         if free_slip:
             force = force + viscous(laplacian_weight(f, r2, k.eta2), u_ij) * k.viscous_factor
-        return laplacian, density, spread, force, linked
+        return laplacian, density, spread, force, linked, solid
 
     def finish(i, sums, flow, trial, velocity, coefficients, body_force, k, dt):
-        laplacian, density, spread, force, linked = sums
+        laplacian, density, spread, force, linked, solid = sums
         a_ii = k.laplacian_factor * laplacian
         filled = k.divergence_factor * spread / DIM
         gate = surface_gate(filled) if surface else 0.0
@@ -89,6 +117,11 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         coefficients[i, DIAGONAL] = a_ii + k.surface_factor * gate * missing
         coefficients[i, INNER] = 1.0 - gate
         coefficients[i, DEFICIT] = min(deficit, 0.0) + k.suction * (1.0 - gate) * max(deficit, 0.0)
+        if surface:
+            walled = (
+                k.divergence_factor * solid / DIM
+            )  # the part of the support that walls take; the rest is to be filled
+            coefficients[i, COUNTS] = 1.0 + surface_excess((filled - walled) / max(0.1, 1.0 - walled), k)
         if shifted:
             coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04)) if surface else 1.0
             if surface:
@@ -97,7 +130,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = ((ALL, pair), (FLUID, fluid_pair)) if artificial or free_slip else ((ALL, pair),)
+    passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
     return over_pairs(
         "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
