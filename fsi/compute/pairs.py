@@ -26,7 +26,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from fsi.compute.jit import compiled, helper
-from fsi.compute.lanes import at, claim, lane_of, room_for, store_all
+from fsi.compute.lane_sums import lane_of, room_for, store_all
+from fsi.compute.lanes import at, claim
 
 FLUID, WALLS, ALL = (0, 1), (1, 2), (0, 2)  # parts of a list, as columns of the span of its group
 # Besides its arguments, a kernel's functions may ask for: the number of the chunk and the part of the list
