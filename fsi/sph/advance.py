@@ -50,7 +50,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
         if sponge:
             damp(x, u, mass, zones, dt, totals[chunk])
         for d in range(DIM):
-            speed2 += u[d] * u[d]
+            speed2 += u[DIM - 1 - d] * u[DIM - 1 - d]
         if shifted:
             inside = coefficients[i, SUPPORT]
             shift_inside(shift, sparse, inside, k)
