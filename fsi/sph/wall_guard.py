@@ -12,7 +12,6 @@ import math
 from functools import cache
 
 from fsi.compute.jit import helper
-from fsi.compute.lane_sums import small
 
 REACH = 1.25  # spacings over which wall particles crowd
 PIECE = 0.2  # spacings; the way of a step is followed in pieces no longer than that
@@ -30,7 +29,7 @@ def level(guard: float) -> float:
 
 @cache
 def make_guard(dim: int):
-    """`bend(x, way, walls, account, k, dt)`: the way of a particle in this step, bent so that it does not end where
+    """`bend(x, way, walls, account, k, dt, room)`: the way of a particle in this step, bent so that it does not end where
     phi is above the level.
 
     x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
@@ -125,10 +124,10 @@ def make_guard(dim: int):
         return moved, False
 
     @helper(dim)
-    def bend(x, way, walls, account, k, dt):
-        """Returns whether the way had to be bent. A particle that a body squeezes against the
+    def bend(x, way, walls, account, k, dt, room):
+        """Returns whether the way had to be bent; `room` (4, DIM) is scratch. A particle that a body squeezes against the
         tank stays in the tank."""
-        done, gradient, apart, start = small(DIM), small(DIM), small(DIM), small(DIM)
+        done, gradient, apart, start = room[0], room[1], room[2], room[3]
         done[:], start[:] = 0.0, 0.0
         every, ground = account[1].shape[0], 0  # the last owner whose walls count
         allowed = max(k.guard_level, crowding(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
