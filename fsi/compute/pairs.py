@@ -55,7 +55,7 @@ def over_pairs(
     start(chunk, ...): called before the groups of each chunk. No function may allocate memory; scratch that the compiler
     can keep on the stack is made by `small` and `small_matrix` of `fsi.compute.lanes`.
 
-    Raises TypeError where a function names what the kernel does not take, or the kernel takes what the loop itself names."""
+    Raises TypeError where a function names what the kernel does not take."""
     text = _Text(name, variant, takes.split())
     work = text.work(sum, "a")
     if where:
