@@ -74,6 +74,7 @@ def tables(result: dict) -> list[Table]:
         *_limits(result),
         _memory(result["memory"]),
         *_runs(result),
+        kernel_table(result["kernels"]),
         _yardsticks(yardsticks(result["speed"])),
     ]
     return [one for one in made if one.cells]
@@ -241,3 +242,19 @@ def markdown(result: dict) -> str:
     facts = result["machine"]
     lines = [f"- {name.replace('_', ' ')}: {value}" for name, value in facts.items()]
     return "\n".join([HEAD, *lines, "", *(one.markdown() for one in tables(result))])
+
+
+def kernel_table(rows: list[dict]) -> Table:
+    """Of the rows of `cases.bench.kernels`."""
+    return table(
+        "Kernels",
+        "Each kernel alone, repeated on the arguments of one call in a short run of the scene, on one thread; the best time, "
+        "over the particles that it goes through: fluid or boundary particles.",
+        {
+            "scene": text("trial"),
+            "kernel": text("kernel"),
+            "particles": text("particles"),
+            "ns per particle": number("ns"),
+        },
+        rows,
+    )

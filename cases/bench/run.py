@@ -17,6 +17,7 @@ from cases.bench.ablation import ablation
 from cases.bench.child import start_up
 from cases.bench.determinism import determinism
 from cases.bench.flume import flap_cost
+from cases.bench.kernels import kernel_costs
 from cases.bench.limits import limits
 from cases.bench.memory import memory
 from cases.bench.report import markdown, tables
@@ -44,6 +45,7 @@ class Plan:
     fresh: bool  # whether to start processes with an empty numba cache
     judged: bool  # whether the figures may be held against the targets
     check: int  # particles of the block that shows determinism
+    kernels: tuple[str, ...]  # the trials of `cases.bench.kernels`
     peak: float  # seconds of a measurement of a limit
     megabytes: int  # of an array of the triad
 
@@ -51,11 +53,11 @@ class Plan:
 FULL = Plan(
     {"2D 80k": (2, 80_000), "3D 300k": (3, 300_000), "3D 1M": (3, 1_000_000)}, rounds=3, visit=0.3,
     flat=((10_000, 30_000, 100_000, 300_000, 1_000_000),), still=300_000, spacing=0.02, steps=120, fresh=True,
-    judged=True, check=30_000, peak=0.1, megabytes=256,
+    judged=True, check=30_000, kernels=("flap", "floating_box", "sand_column"), peak=0.1, megabytes=256,
 )  # fmt: skip
 QUICK = Plan(
     {"3D 3k": (3, 3_000)}, rounds=1, visit=0.05, flat=((1_000, 8_000),), still=1_000, spacing=0.05, steps=4, fresh=False,
-    judged=False, check=1_000, peak=0.01, megabytes=16,
+    judged=False, check=1_000, kernels=(), peak=0.01, megabytes=16,
 )  # fmt: skip
 LARGE = ((3_000_000,), (10_000_000,), (20_000_000,))
 
@@ -119,6 +121,8 @@ def run_plan(plan: Plan, threads: int, say: Callable[[str], None]) -> dict:
         result["order"] = cost_of_order(plan.check, 4 * plan.rounds)
         say("the flap, with bodies and logging ...")
         result["flap"] = flap_cost(folder / "flap", threads, plan.spacing, plan.steps, plan.rounds)
+        say("what each kernel costs ...")
+        result["kernels"] = kernel_costs(list(plan.kernels), 2 * plan.rounds) if plan.kernels else []
         say("what each term costs ...")
         result["ablation"] = ablation(folder / "terms", plan.spacing, plan.steps // 2, 2 * plan.rounds, plan.fresh)
         say("start-up ...")

@@ -26,7 +26,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from fsi.compute.jit import compiled, helper
-from fsi.compute.lanes import at, claim, lane_of, room_for, store_all
+from fsi.compute.lane_sums import lane_of, room_for, store_all
+from fsi.compute.lanes import at, claim
 
 FLUID, WALLS, ALL = (0, 1), (1, 2), (0, 2)  # parts of a list, as columns of the span of its group
 # Besides its arguments, a kernel's functions may ask for: the number of the chunk and the part of the list
@@ -54,7 +55,7 @@ def over_pairs(
     start(chunk, ...): called before the groups of each chunk. No function may allocate memory; scratch that the compiler
     can keep on the stack is made by `small` and `small_matrix` of `fsi.compute.lanes`.
 
-    Raises TypeError where a function names what the kernel does not take, or the kernel takes what the loop itself names."""
+    Raises TypeError where a function names what the kernel does not take."""
     text = _Text(name, variant, takes.split())
     work = text.work(sum, "a")
     if where:

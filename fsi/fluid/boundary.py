@@ -66,7 +66,8 @@ class BoundaryParticles:
         if self.count:
             self.team.run(
                 pack_boundary, whole(self.count), self.order, first, self._grid.lower, placed.position, placed.velocity,
-                placed.felt, placed.owner, self.position, self.velocity, self.skin, self.owner, dt, body_force, xs, *rows,
+                placed.felt, placed.owner, self.position, self.velocity, self.skin, self.owner, dt, body_force,
+                columns.packed(self.dim), xs, *rows,
             )  # fmt: skip
         if placed.normal is not None:
             self.normal = placed.normal[self.order]
@@ -114,7 +115,7 @@ class BoundaryParticles:
         if b:
             self.team.run(
                 walls.lift_of, whole(b), self.position, self.normal, self.owner, self._centre, accelerations, twist, body_force,
-                self._density, self.shepard, lift,
+                self._density, self.shepard, columns.shepard(self.dim).lever, lift,
             )  # fmt: skip
 
     def extrapolate(self, rows: np.ndarray, response: LinearResponse | None = None) -> None:

@@ -32,6 +32,7 @@ from fsi.protocols import Halo
 from fsi.scene.model import Scene
 from fsi.sph import columns, corrector, predictor, walls
 
+ROWS = columns.flow, columns.trial, columns.field
 MEMORY = (
     "state", "spare, to sort into", "packed rows", "coefficients, before them orders and positions for the search",
     "lists of the fluid", "cells", "responses", "boundary alone, its lists included",
@@ -152,16 +153,17 @@ class Fluid:
         n, xs, packed, state = self._rows, self.work.arena.begin("xs"), self.work.packed, self.particles
         if n:
             self.team.run(
-                pack_fluid, whole(n), self.grid.lower, state.position, state.velocity, state.pressure, xs, *packed
-            )
+                pack_fluid, whole(n), self.grid.lower, state.position, state.velocity, state.pressure,
+                columns.packed(self.dim), xs, *packed,
+            )  # fmt: skip
         self.solids.pack(n, self.placed, self.dt, self.force.uniform, xs, packed)
         held = self.halo.holds(self.solids.position[: self.solids.count])
         if held is not None:
             self.solids.count_only(held)
         self._kept = slice(None)
         if self._relative is not None:
-            R, relative = 2 * self.dim + 1, self.relative
-            for rows, column in zip(packed, (R, R, self.dim + 1, self.dim + 1), strict=True):  # see `fsi.sph.columns`
+            flow, trial, field, relative = *(of(self.dim).r for of in ROWS), self.relative
+            for rows, column in zip(packed, (flow, trial, field, field), strict=True):
                 rows[:n, column] = relative
                 rows[n : n + self.solids.count, column] = 0.0
                 self.halo.refresh(rows, slice(column, column + 1))
@@ -185,10 +187,10 @@ class Fluid:
             self.solids.extrapolate(work.trial)
             rows, skin = (work.flow, work.trial), (self.solids.shepard, self.solids.skin)
             work.flow = rheology.solve(near, boundary_near, *rows, self.velocity, skin, self.k, self.dt, self.halo)
-            work.trial[: self.count, self.dim + 1 : 2 * self.dim + 1] = self.velocity
+            work.trial[: self.count, columns.trial(self.dim).all_of("u")] = self.velocity
         elif rheology:
             rheology.resist(near, work.flow, work.trial, self.velocity, self.k, self.dt)
-        self.halo.refresh(work.trial, slice(self.dim + 1, None))
+        self.halo.refresh(work.trial, slice(columns.trial(self.dim).u, None))
 
     def pressure(self, acceleration: np.ndarray, response: LinearResponse | None = None) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
@@ -240,7 +242,7 @@ class Fluid:
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""
-        self.work.field[: len(response), self.dim] += self.dtype(factor) * response
+        self.work.field[: len(response), columns.field(self.dim).p] += self.dtype(factor) * response
 
     def correct(self) -> tuple[np.ndarray, np.ndarray]:
         """New velocities and positions. Returns the sums of `columns.corrector_sums` and the impulse (owners, 6) that the wall
@@ -269,13 +271,13 @@ class Fluid:
         self.solids.accelerate(acceleration, self.force.uniform)
         self.solver.update(self.k, self.dt)
         self.solver.settle(self.k, tolerance, most)
-        self.particles.pressure[:] = self.work.field[: self.count, self.dim]
+        self.particles.pressure[:] = self.work.field[: self.count, columns.field(self.dim).p]
         self.velocity[:] = velocity
 
     def wrench(self, viscous: bool = False, walls: bool = False) -> np.ndarray:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
         least, field = 0 if walls else 1, self.work.field
-        wrench = self.solids.press(field, field, column=self.dim, columns=1, least=least)[0]
+        wrench = self.solids.press(field, field, column=columns.field(self.dim).p, columns=1, least=least)[0]
         return self.reductions.combined(wrench + self.solids.drag(self.work.flow, least) if viscous else wrench)
 
     def driven(self) -> np.ndarray:

@@ -35,24 +35,25 @@ class Relaxation:
     def __init__(self, parts: Parts, how: Iteration, tolerance: float | None):
         self._parts, self.weights, self._tolerance = parts, how.weights, tolerance
         self._lanes, self._dim, self._closed = parts.lanes, parts.scene.dimension, parts.scene.closed
+        self._pressure = columns.field(self._dim).p
         self.sweeps, self.most_sweeps, self.unsolved = 0, 0, 0
         self.source = pressure.make_source(self._lanes, self._dim, parts.dense)
         self._silence = LinearResponse.none(self._dim, parts.dtype)
 
     def update(self, k: Constants, dt: float, response: LinearResponse | None = None) -> None:
         """See `PressureSolver`."""
-        parts, work, dim = self._parts, self._parts.work, self._dim
+        parts, work, P = self._parts, self._parts.work, self._pressure
         parts.boundary.extrapolate(work.trial)
         first = parts.dtype(self.weights[0][0])
         self._run(self.source, work.trial, work.field, work.twin, work.coefficients, k, parts.dtype(dt), first)
         if self._closed:
             self._take_out_mean()
-        parts.halo.refresh(work.field, slice(dim, None))
+        parts.halo.refresh(work.field, slice(P, None))
         if response:
             self._begin_response(k, response)
         self._relax(k, self.weights[1:], self._tolerance, response)
         if self._closed:
-            p, own = work.field[: parts.particles.count, dim], parts.particles.own
+            p, own = work.field[: parts.particles.count, P], parts.particles.own
             p -= parts.reductions.smallest(p[own]) if parts.scene.gravity > 0 else parts.reductions.mean(p[own])
         parts.boundary.extrapolate(work.field, response)
 
@@ -100,7 +101,7 @@ class Relaxation:
             work.coefficients, k, parts.dtype(alpha), parts.dtype(beta), response.rows, response.twin, response.low,
             response.high,
         )  # fmt: skip
-        parts.halo.refresh(work.twin, slice(self._dim, None))
+        parts.halo.refresh(work.twin, slice(self._pressure, None))
         work.swap()
         response.swap()
         if response.columns:
@@ -124,7 +125,8 @@ class Relaxation:
         """Change of the pressure in the rows `now` (those of `field` if not given) from the rows `last`, as a share of its
         largest value."""
         parts = self._parts
-        found = largest_change(parts.work.field if now is None else now, last, parts.particles.count, self._dim)
+        rows = parts.work.field if now is None else now
+        found = largest_change(rows, last, parts.particles.count, self._pressure)
         largest, change = (parts.reductions.largest_of(value) for value in found)
         return change / largest if largest > 0 else 0.0
 
@@ -136,4 +138,4 @@ class Relaxation:
         mean = parts.reductions.mean(coefficients[parts.particles.own, columns.SOURCE])
         coefficients[:, columns.SOURCE] -= mean
         weight = 1 + coefficients[:, columns.INNER] * parts.dtype(self.weights[0][0] - 1)
-        parts.work.field[:count, self._dim] += weight * mean / coefficients[:, columns.DIAGONAL]
+        parts.work.field[:count, self._pressure] += weight * mean / coefficients[:, columns.DIAGONAL]

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from fsi.sph import columns
+
 
 class LinearResponse:
     """Responses to m accelerations in the course of one pressure update.
@@ -37,7 +39,8 @@ class LinearResponse:
         """No change of the `count` fluid particles yet; the boundary, whose weights are `shepard` (b, ...), has its lift."""
         end = count + len(self.lift)
         self.rows[:end] = self.twin[:end] = 0.0
-        weight = shepard[: len(self.lift), :1]
+        total = columns.shepard(len(self.low)).total
+        weight = shepard[: len(self.lift), total : total + 1]
         np.divide(self.lift, weight, out=self.rows[count:end], where=weight > 0)
 
     def spread(self) -> None:

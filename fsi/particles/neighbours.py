@@ -15,8 +15,9 @@ from functools import cache
 
 import numpy as np
 
+from fsi.compute.compact import append, bits_below, consecutive, count_bits
 from fsi.compute.jit import compiled, helper
-from fsi.compute.lanes import append, at, bits_below, claim, consecutive, count_bits, load, maximum, minimum, other
+from fsi.compute.lanes import at, claim, load, maximum, minimum, other
 from fsi.compute.team import Team, chunk_bounds
 from fsi.errors import RunError
 from fsi.particles.cells import CellSort

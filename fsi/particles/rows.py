@@ -29,8 +29,8 @@ def largest_change(rows, before, count, column):
 
 
 @exact
-def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, trial, field, twin):
-    """Fill the rows of particles that are in cell order."""
+def pack_fluid(counter, bounds, lower, position, velocity, pressure, place, xs, flow, trial, field, twin):
+    """Fill the rows of particles that are in cell order; `place` says which columns (`fsi.sph.columns.packed`)."""
     dim = position.shape[1]
     while True:
         c = claim(counter)
@@ -44,13 +44,13 @@ def pack_fluid(counter, bounds, lower, position, velocity, pressure, xs, flow, t
                 trial[i, d] = x
                 field[i, d] = x
                 twin[i, d] = x
-                flow[i, dim + d] = velocity[i, d]
-            trial[i, dim] = pressure[i]
+                flow[i, place.u + d] = velocity[i, d]
+            trial[i, place.p] = pressure[i]
 
 
 @exact
 def pack_boundary(counter, bounds, order, first, lower, position, velocity, skin, owner, position2, velocity2, skin2, owner2,
-                  dt, body_force, xs, flow, trial, field, twin):  # fmt: skip
+                  dt, body_force, place, xs, flow, trial, field, twin):  # fmt: skip
     """The same for the boundary, whose trial velocity is u + dt g, so that the pressure that holds a wall's
     acceleration makes its final velocity. Viscosity feels the velocities `skin`."""
     dim = position.shape[1]
@@ -63,7 +63,7 @@ def pack_boundary(counter, bounds, order, first, lower, position, velocity, skin
             owner2[b] = owner[j]
             for d in range(dim):
                 skin2[b, d] = skin[j, d]
-                flow[i, dim + d] = skin[j, d]  # before `trial`, which is the same array where nothing is viscous
+                flow[i, place.u + d] = skin[j, d]  # before `trial`, which is the same array where nothing is viscous
             for d in range(dim):
                 position2[b, d] = position[j, d]
                 velocity2[b, d] = velocity[j, d]
@@ -73,4 +73,4 @@ def pack_boundary(counter, bounds, order, first, lower, position, velocity, skin
                 trial[i, d] = x
                 field[i, d] = x
                 twin[i, d] = x
-                trial[i, dim + 1 + d] = velocity[j, d] + dt * body_force[d]
+                trial[i, place.trial_u + d] = velocity[j, d] + dt * body_force[d]

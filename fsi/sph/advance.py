@@ -9,7 +9,7 @@ import math
 from functools import cache
 
 from fsi.compute.jit import helper
-from fsi.compute.lanes import small
+from fsi.compute.lane_sums import small
 from fsi.sph import columns
 from fsi.sph.columns import COUNTS, DEFICIT, SUPPORT
 from fsi.sph.wall_guard import make_guard

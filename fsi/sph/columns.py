@@ -10,15 +10,12 @@ from __future__ import annotations
 from functools import cache
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Columns:
-    """First column of each of these names, in their order, as an attribute; `sizes`: how many each takes. The array has the
-    precision of the sweeps, or, where it is `double`, always that."""
+    """First column of each of these names, in their order, as an attribute; `sizes`: how many each takes."""
 
-    def __init__(self, double: bool = False, aligned: tuple[int, ...] = (), **sizes: int):
-        self._double, self._aligned, self._end, last = double, aligned, {}, 0
+    def __init__(self, aligned: tuple[int, ...] = (), **sizes: int):
+        self._aligned, self._end, last = aligned, {}, 0
         for name, size in sizes.items():
             setattr(self, name, last)
             last += size
@@ -28,14 +25,14 @@ class Columns:
         """First columns of these names."""
         return tuple(getattr(self, name) for name in names.split())
 
+    def all_of(self, name: str) -> slice:
+        """All columns of this name."""
+        return slice(getattr(self, name), self._end[name])
+
     def width(self, last: str) -> int:
         """Columns of an array that ends with this name. One or two more are left free where rows then lie better in memory."""
         end = self._end[last]
         return next((width for width in self._aligned if 0 <= width - end <= 2), end)
-
-    def dtype(self, sweeps) -> np.dtype:
-        """Precision of the array, for that of the sweeps."""
-        return np.dtype(float if self._double else sweeps)
 
 
 def _rows(dim: int, **sizes: int) -> Columns:
@@ -60,6 +57,19 @@ def field(dim: int) -> Columns:
     return _rows(dim, x=dim, p=1, r=1)
 
 
+class Packed(NamedTuple):
+    """First columns of what the rows are filled with besides positions, which come first in all of them."""
+
+    u: int  # of `flow`
+    p: int  # of `trial`
+    trial_u: int
+
+
+@cache
+def packed(dim: int) -> Packed:
+    return Packed(flow(dim).u, trial(dim).p, trial(dim).u)
+
+
 COEFFICIENTS = Columns(
     diagonal=1, deficit=1, source=1, inner=1, counts=1, support=1
 )  # of the pressure equation, a row a fluid particle; `counts`: how often its pressure counts in the gradient
@@ -77,7 +87,6 @@ def corrector_sums(dim: int) -> Columns:
     """Of a step: the largest speed^2 and acceleration^2, then sums of the kinetic energy, r height, volume / dr^dim and guarded
     particles, the momentum, and the momentum and energy lost in the sponge."""
     return Columns(
-        double=True,
         speed2=1,
         acceleration2=1,
         kinetic=1,

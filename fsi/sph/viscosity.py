@@ -12,7 +12,8 @@ import math
 from functools import cache
 
 from fsi.compute.jit import helper
-from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, small_matrix, zero, zero_vector
+from fsi.compute.lane_sums import small_matrix
+from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.terms import (

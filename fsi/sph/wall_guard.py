@@ -12,7 +12,7 @@ import math
 from functools import cache
 
 from fsi.compute.jit import helper
-from fsi.compute.lanes import small
+from fsi.compute.lane_sums import small
 
 REACH = 1.25  # spacings over which wall particles crowd
 PIECE = 0.2  # spacings; the way of a step is followed in pieces no longer than that

@@ -165,9 +165,12 @@ def _project(vector, normal):
 
 
 @exact
-def lift_of(counter, bounds, position, normal, owner, centre, acceleration, twist, body_force, density, shepard, lift):
+def lift_of(
+    counter, bounds, position, normal, owner, centre, acceleration, twist, body_force, density, shepard, first, lift
+):
     """lift (b, m) = rho (g - a_b) . sum r_j W x_bj, g = body_force (DIM,), for each column m of accelerations (m, owners, 6)
-    of the owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r).
+    of the owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r). The sum
+    is in the columns of `shepard` from `first` on.
 
     Where there is a `normal` (b, DIM), that of a body, a_b counts along it alone, as dp/dn = rho (g - a_b) . n says: a side
     that slides along itself moves no fluid. All of a_b would drive the water line along the side of a heaving spar, because
@@ -188,7 +191,7 @@ def lift_of(counter, bounds, position, normal, owner, centre, acceleration, twis
                 s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
             level = 0.0
             for d in range(dim):
-                lever[d] = shepard[b, 1 + d]  # `fsi.sph.columns.shepard`
+                lever[d] = shepard[b, first + d]
                 level += body_force[d] * lever[d]
             if normal.shape[0] > 0:
                 _project(lever, normal[b])

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
+from fsi.compute.compact import append, bits_below, consecutive
 from fsi.compute.lanes import (
-    append,
-    bits_below,
     component,
-    consecutive,
     dot,
     load,
     maximum,
