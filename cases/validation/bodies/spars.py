@@ -1,7 +1,7 @@
 """A spar in forced heave, in free heave, and with six degrees of freedom, in three dimensions.
 
 `spar`: radius 0.2 m, draft 0.8 m, 2 m of water, amplitude 0.06 m, 4 rad/s. Linear theory with the coefficients of a boundary
-element code (`coupling.forced_heave`), force amplitude and phase. The source documents move a spar of 115 kg and 1.4 m draft
+element code (`coupling.forced_heave`): amplitude and phase of the force without its hydrostatic part, added mass, damping. The source documents move a spar of 115 kg and 1.4 m draft
 whose shape is not given: `spar_heave` lets a revolved one of that mass and draft go. Its period is compared with linear
 theory, 2 pi sqrt((M + A33) / (rho g S)), with the added mass of the plain spar scaled by the cube of the radius, for it
 is that of the bottom alone (the free surface is many radii away). `spar_free` has six degrees of freedom: started in the
@@ -37,13 +37,13 @@ class Forced(Pictured):
 
     def charts(self) -> list[Chart]:
         t, z, force = np.array(self.rows).T
-        at_rest = 1000 * 9.81 * math.pi * forced_heave.RADIUS**2 * forced_heave.DRAFT
-        ratio = forced_heave.theory(OMEGA)
+        at_rest = forced_heave.STIFFNESS * forced_heave.DRAFT
+        ratio = forced_heave.theory(OMEGA) + forced_heave.STIFFNESS
         last = t > t[-1] - 2 * math.pi / OMEGA
         phase = forced_heave.harmonic(t[last], z[last], OMEGA)
         linear = (ratio * phase * np.exp(-1j * OMEGA * t[last])).real
-        lines = ("run", t, force - at_rest), ("linear theory", t[last], linear)
-        return [Chart("force", "Vertical force of the water, less buoyancy at rest", "time [s]", "force [N]", lines)]
+        lines = ("run", t, force - at_rest + forced_heave.STIFFNESS * z), ("linear theory", t[last], linear)
+        return [Chart("force", "Vertical force of the water without its hydrostatic part", "time [s]", "force [N]", lines)]
 
 
 class Free(Pictured):
@@ -115,11 +115,12 @@ CASES = {
         Case(
             "spar",
             "Plain spar in forced heave, 0.06 m at 4 rad/s",
-            "Linear theory: boundary element code, A33 15.25 kg, B33 2.38 kg/s.",
+            "Linear theory: boundary element code, A33 15.25 kg, B33 2.38 kg/s; the force without its hydrostatic part.",
             spacings("spar"),
             builder("spar"),
             Forced,
-            {"force_amplitude": 0.05, "force_phase": 0.05},
+            forced_heave.TARGET,
+            forced_heave.REASONS,
         ),
         _free("spar_heave", "Spar of 115 kg and 1.4 m draft, free heave", {}),
         _free("spar_free", "Spar of 115 kg with six degrees of freedom", {"sway_m": 0.005, "tilt_growth": 0.05}),
