@@ -1,30 +1,32 @@
 """A bottom-hinged flap at 1:20 in regular waves of 0.15 m and 1.34 s: 3D in a narrow flume, and 2D.
 
 What the source documents tell of the experiment (SurgeWEC) is one number, a pitch amplitude of about 30 degrees. The -36
-degrees in the trough and +30 near the crest that stand beside it are readings of the source's own computation: the page shows
-them as such, and nothing is compared with them. The geometry contradicts itself: hinge 0.05 m over the bed and 0.7 m of water put
-the flap's top 0.35 m under the surface, the upper sensor is said to stand above it. Three readings are run:
+degrees in the trough and +30 near the crest that stand beside it are readings of the source's own computation: the page
+shows them as such, and nothing is compared with them. The geometry contradicts itself: hinge 0.05 m over the bed and 0.7 m
+of water put the flap's top 0.35 m under the surface, the upper sensor is said to stand above it. Three readings are run:
 
 - `owsc`, `owsc_2d`: depth and hinge as given, the flap submerged;
 - `owsc_2d_surface`: the depth as given, the flap raised to pierce the surface, its hinge 0.45 m over the bed;
-- `owsc_2d_shallow`: the hinge as given, in 0.3 m of water, one of the depths that were tested: the flap pierces the surface.
+- `owsc_2d_shallow`: the hinge as given, in 0.3 m of water, one of the depths that were tested: the flap pierces the
+  surface.
 
-`python -m cases.validation.bodies.owsc` prints all three beside their linear theory. The mass is not given either; 550 kg/m3 here,
-that of the flap of Wei et al. (2015) at 1:25, 33.0 kg in 0.060 m3, with a hinge damping of 0.5 N m s. At 550 kg/m3 the flap of
-each reading stands up by its buoyancy.
+`python -m cases.validation.bodies.owsc` prints all three beside their linear theory. The mass is not given either; 550
+kg/m3 here, that of the flap of Wei et al. (2015) at 1:25, 33.0 kg in 0.060 m3, with a hinge damping of 0.5 N m s. At 550
+kg/m3 the flap of each reading stands up by its buoyancy.
 
-`pitch_over_30` compares with the experiment, `pitch_period` with the waves'. `wave_height` is that of the waves that
-come to the flap, told apart from those it sends back by gauges before it: a gauge at the flap itself reads the flap, where
-that pierces the surface. `pitch_over_linear` compares with linear theory of the same flap in the same flume and in waves of
-that height (`linear_flap`); at open sea, for the wide flume of the paper level, with a boundary element code.
+`pitch_over_30` compares with the experiment, `pitch_period` with the waves'. `wave_height` is that of the waves that come
+to the flap, told apart from those it sends back by gauges before it: a gauge at the flap itself reads the flap, where that
+pierces the surface. `pitch_over_linear` compares with linear theory of the same flap in the same flume and in waves of that
+height (`linear_flap`); at open sea, for the wide flume of the paper level, with a boundary element code.
 
-Linear theory has about 30 degrees in the shallow reading whatever the mass (31 to 35 for 700 to 100 kg/m3), 17 to 28 in the others
-at 550: the shallow one is the reading that fits. Submerged, the flap of 550 kg/m3 would swing by itself in 2.45 s, longer
-than the waves, so inertia holds it back; with 200 kg/m3 linear theory has 30 degrees in the narrow flume. Below linear theory
-the flap stays by what its edges shed, and, in a few spacings over its thickness, by more added inertia: swung by force through
-5 degrees in still water it has 1.12, 1.01 and 0.88 kg m2 at 25, 17.5 and 12.5 mm (theory 0.92) and a damping of 2.7, 2.5 and
-1.7 N m s (waves alone 0.47). Where it pierces the surface of deep water it leans down the waves by 22 degrees and swings by 18 about
-that; in waves of 0.05 m it swings by 3 % less than linear theory has, and sends back 8 % of them (7 %).
+Linear theory has about 30 degrees in the shallow reading whatever the mass (31 to 35 for 700 to 100 kg/m3), 15 to 25 in the
+others at 550: the shallow one is the reading that fits. Submerged, the flap of 550 kg/m3 would swing by itself in 2.45 s,
+longer than the waves, so inertia holds it back; with 200 kg/m3 linear theory has 30 degrees in the narrow flume. Below
+linear theory the flap stays by what its edges shed, and, in a few spacings over its thickness, by more added inertia: swung
+by force through 5 degrees in still water it has 1.12, 1.01 and 0.88 kg m2 at 25, 17.5 and 12.5 mm (theory 0.92) and a
+damping of 2.7, 2.5 and 1.7 N m s (waves alone 0.47). Where it pierces the surface of deep water it leans down the waves by
+22 degrees and swings by 18 about that; in waves of 0.05 m it swings by 3 % less than linear theory has, and sends back 8 %
+of them (7 %).
 """
 
 from __future__ import annotations
@@ -172,7 +174,7 @@ def table() -> str:
 
 TARGET = {"pitch_period": 0.02, "wave_height": 0.1, "pitch_over_linear": 0.1, "pitch_over_30": 0.15, "leaks": 0.0}
 REASONS = (
-    "Neither the depth nor the mass is known for certain, so 30 degrees (to 15 %, for they are told as \"about\" 30) can be missed"
+    'Neither the depth nor the mass is known for certain, so 30 degrees (to 15 %, for they are told as "about" 30) can be missed'
     " by a right run. Submerged at 550 kg/m3 linear theory itself has 17 to 18 degrees. Linear theory is for low waves: these are"
     " a seventeenth of their length high, and the edges shed vortices. In few spacings over the thickness the flap has more added"
     " inertia: 19 % short of linear theory at 25 mm, 7 % at 12.5 mm (owsc_2d)."

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.engine.case import Case, Measure
+from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.engine.scenes import builder, spacings
 from cases.validation.fluid.leaks import Leaks
 from cases.validation.theory.series import impulse, low_passed, relative_rms
@@ -104,6 +104,9 @@ CASES = {
             "bore_arrival_s": 0.02,
             "peak_time_s": 0.02,
             "leaks": 0.0,
+        },
+        fails_when={
+            "bore_speed": Wrong("a quarter too fast", 0.25 * relative_rms(SPEED[1:, 1], np.zeros(1), SPEED[0, 1]))
         },
         reasons="The peak wants the layer of water on the bed, 10 mm deep, in more than one spacing: it falls from 46 to 18 %"
         " over the experiment's where 5 mm make two. The layer is missing at 20 mm, 15 mm deep at 15. The row at 5 mm was run"
