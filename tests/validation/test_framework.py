@@ -94,6 +94,15 @@ def test_a_missed_target_and_a_failed_run_are_not_passed():
     assert cells(failed)[-2:] == ["failed !", "MISSED"]
 
 
+def test_a_measure_that_cannot_be_read_is_a_failed_row():
+    class Still(Fall):
+        def errors(self):
+            raise ZeroDivisionError("nothing moved")
+
+    failed, reason = run_case(replace(fall(), measure=Still), "coarse", "chebyshev6", threads=1)
+    assert "nothing moved" in reason and failed.error == {"fall_speed": None} and not failed.passed
+
+
 def unstable() -> Case:
     def scene(spacing, folder):
         block = {"min": [0, 0], "max": [0.5, 1]}
@@ -247,10 +256,16 @@ def test_the_store_keeps_the_latest_of_each_row(tmp_path):
     assert (tmp_path / "dam_front.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_rows_of_an_older_definition_are_dropped(tmp_path):
+def test_rows_of_other_measures_are_dropped_and_those_of_other_targets_judged_anew(tmp_path):
+    target = dict(load("dam_front").target)
     store = Store.choose(tmp_path)
-    store.add(row(target=dict.fromkeys(load("dam_front").target, 9.0)), threads=1)
+    store.add(row(), threads=1)
+    store.file.write_text(store.file.read_text().replace("front_curve", "front_shape"))
     assert Store.choose(tmp_path).results == []
+    loose = dict.fromkeys(target, 9.0)
+    store.add(row(target=loose, error=dict.fromkeys(target, 0.0) | {"energy_loss": 5.0}), threads=1)
+    (kept,) = Store.choose(tmp_path).results
+    assert kept.row.target == target and not kept.row.passed
     store.file.write_text('[{"case": "dam_front"}]')
     with pytest.raises(SceneError, match="not a file of results"):
         Store.choose(tmp_path)

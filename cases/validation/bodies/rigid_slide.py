@@ -159,7 +159,7 @@ class Crests(Pictured):
         return elevation(sim.fluid.position, np.array([x, 0.0][: self.deep - 1]), dr, h)
 
     def crests(self) -> np.ndarray:
-        """Largest level at each gauge before the far end sends anything back [m]: that of the channel, 24 m long, never does."""
+        """Largest level at each gauge before the far end sends anything back [m]; the channel's, 24 m long, never does."""
         return np.array(self.level)[np.array(self.time) < (math.inf if self.deep == 2 else ARRIVED)].max(0)
 
     def fall(self) -> float:

@@ -91,8 +91,10 @@ class Free(Pictured):
 
 
 def _period(t: np.ndarray, z: np.ndarray) -> float:
-    """Twice the time [s] from the first minimum of z to the maximum after it, each by a parabola."""
+    """Twice the time [s] from the first minimum of z to the maximum after it, each by a parabola; nan without a minimum."""
     low = int(z[t < 0.75 * PERIOD].argmin())
+    if low < 3:
+        return math.nan  # it does not move
     after = np.flatnonzero((t > t[low]) & (t < t[low] + 0.75 * PERIOD))
     turns = []
     for i in (low, int(after[z[after].argmax()])):

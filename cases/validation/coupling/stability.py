@@ -208,7 +208,8 @@ def _case(arrangement: str) -> Case:
     return Case(
         f"stability_{arrangement}",
         f"{what} let go at density ratios from 0.02 to 8, default scheme at its own time step, 2D",
-        "No point of a body gets faster than 1 m/s (a fall of its 20 mm gives 0.63 m/s); as a share of 2 m/s, from which on a cell\n        counts as unstable.",
+        "No point of a body gets faster than 1 m/s (a fall of 20 mm gives 0.63 m/s); as a share of 2 m/s, from which on a"
+        " cell counts as unstable.",
         {"coarse": 0.04, "medium": 0.02, "paper": 0.01},
         lambda spacing, folder: scene(arrangement, 0.02, spacing, folder),
         lambda sim: Cell(sim, arrangement),

@@ -9,14 +9,8 @@ import numpy as np
 from cases.report.charts import canvas, legend
 from cases.validation.engine.case import Case, Row, met
 
-UNITS = {
-    "m": "m",
-    "s": "s",
-    "pa": "Pa",
-    "n": "N",
-    "deg": "degrees",
-    "kgps": "kg/s",
-}  # endings of error measures that are not relative
+# endings of error measures that are not relative
+UNITS = {"m": "m", "s": "s", "pa": "Pa", "n": "N", "deg": "degrees", "kgps": "kg/s"}
 
 
 def unit(measure: str) -> str:

@@ -42,6 +42,14 @@ def scene_of(case: Case, level: str, solver: str, folder: Path) -> Scene:
     return load_scene(Scene.model_validate(data | extra | {"numerics": numerics | changed}, context={"folder": folder}))
 
 
+def _read(measure: Measure) -> dict[str, float]:
+    """The errors of a measure. Raises RunError where the run gave nothing that it can be read from: nothing moved, say."""
+    try:
+        return measure.errors()
+    except (ArithmeticError, ValueError, IndexError) as fault:  # those of numpy's linear algebra are ValueErrors
+        raise RunError(f"the run ended, and its errors cannot be read ({fault})") from fault
+
+
 def run_case(
     case: Case, level: str, solver: str, threads: int | None = None, figures: Path | None = None
 ) -> tuple[Row, str]:
@@ -58,7 +66,7 @@ def run_case(
     watch, reason = Stopwatch(measure), ""
     try:
         sim.run(on_step=watch)
-        error = {name: float(value) if math.isfinite(value) else None for name, value in measure.errors().items()}
+        error = {name: float(value) if math.isfinite(value) else None for name, value in _read(measure).items()}
     except RunError as fault:
         error, reason = dict.fromkeys(case.target), str(fault)
     finally:

@@ -27,8 +27,9 @@ LATE = Wrong("0.1 s late", 0.1)
 
 BY_NAME = {
     # answers
-    **dict.fromkeys(("height", "wave_height", "elevation", "peak_force", "impulse", "displacement", "theory", "drive", "decay",
-                     "front_speed", "pitch_over_linear", "pitch_over_30", "face_pressure_early", "face_pressure_late"), QUARTER),
+    **dict.fromkeys(("height", "wave_height", "elevation", "peak_force", "impulse", "displacement", "theory", "drive",
+                     "decay", "front_speed", "pitch_over_linear", "pitch_over_30", "face_pressure_early",
+                     "face_pressure_late"), QUARTER),
     **dict.fromkeys(("added_mass", "hydrodynamic_amplitude", "height_over_stroke", "speed", "force_impulse", "tension",
                      "buoyancy", "plug_speed", "steady_centre", "first_stretch", "minor_axis", "major_axis", "decay_rate",
                      "velocity_linf", "Hm0", "peak_period", "p1", "p2", "p3", "p4", "gradient", "laplacian", "integral",
@@ -42,6 +43,8 @@ BY_NAME = {
     "hydrodynamic_phase_deg": Wrong("a phase 20 degrees late", 20.0),
     "damping_kgps": Wrong("twice the damping of the spar at 3 rad/s", 4.0),
     "damping": Wrong("a resistance of a tenth of the inertial force", 0.1),
+    "law": Wrong("a slide that stops after 0.45 of 0.6 s", 0.073),
+    "velocity": Wrong("nothing slows the wedge", 0.207),
     "crest_height_m": Wrong("a crest a tenth too low", 0.033),
     "dry_fall": Wrong("friction of 0.2 in place of 0.3 on the ramp", 0.1 / 0.7),
     "spreading_short_of_six": Wrong("lower by five in place of six", 1 - 5 / 6),

@@ -155,7 +155,8 @@ CASES = {
             "deck_waves",
             "The packet without the deck",
             _open,
-            "The highest waves are higher than linear theory has and run ahead of it by 0.17 s at x = 7 m, the lower ones do not.",
+            "The highest waves are higher than linear theory has and run ahead of it by 0.17 s at x = 7 m, the lower ones do"
+            " not.",
         ),
     )
 }
