@@ -130,13 +130,15 @@ class Pitch(Pictured):
         }
 
     def charts(self) -> list[Chart]:
-        bounds = [math.degrees(s * self.linear) for s in (-1, 1)]
         ends = [self.time[0], self.time[-1]]
         lines = [("run", self.time, np.degrees(self.pitch))]
-        lines += [(f"linear, {bound:+.1f} degrees", ends, [bound, bound]) for bound in bounds]
-        for name, low, high in (("experiment, amplitude", -EXPERIMENT, EXPERIMENT), ("source's own run", *SOURCE)):
+        known = [
+            ("linear theory, amplitude", -self.linear, self.linear),
+            ("experiment, amplitude", -EXPERIMENT, EXPERIMENT),
+        ]
+        for name, low, high in [*known, ("source's own run, not measured", *SOURCE)]:
             low, high = math.degrees(low), math.degrees(high)
-            label = f"{name} {high:g} degrees" if low == -high else f"{name}, {low:g} and {high:g} degrees"
+            label = f"{name} {high:.3g} degrees" if low == -high else f"{name}, {low:g} and {high:g} degrees"
             lines += [(label, [*ends, math.nan, *ends], [high, high, math.nan, low, low])]
         sensors = zip(self.probes, 1e-3 * np.array(self.pressure).T, strict=True)
         pressures = tuple((name.replace("_", " "), self.time, values) for name, values in sensors)
@@ -175,8 +177,8 @@ def table() -> str:
 TARGET = {"pitch_period": 0.02, "wave_height": 0.1, "pitch_over_linear": 0.1, "pitch_over_30": 0.15, "leaks": 0.0}
 REASONS = (
     "Neither the depth nor the mass is known for certain, so a right run can miss 30 degrees (to 15 %, for the source says"
-    " about 30). Submerged, at 550 kg/m3, linear theory itself has 15 to 17 degrees. Linear theory is for low waves: these are a"
-    " seventeenth of their length high, and the edges shed vortices. In few spacings over the thickness the flap has more"
+    " about 30). Submerged, at 550 kg/m3, linear theory itself has 15 to 17 degrees. Linear theory is for low waves: these"
+    " are a seventeenth of their length high, and the edges shed vortices. In few spacings over the thickness the flap has more"
     " added inertia: 19 % short of linear theory at 25 mm, 7 % at 12.5 mm (owsc_2d)."
 )
 

@@ -17,7 +17,7 @@ from cases.report.page import Page
 from cases.validation.engine import defaults
 from cases.validation.engine.case import LEVELS, Case, Row, judged, met
 from cases.validation.engine.registry import NAMES, load, module_of
-from cases.validation.engine.report import cells, headings, order_lines, plot, seconds, shown
+from cases.validation.engine.report import cells, headings, order_lines, plot, seconds, shown, words
 from cases.validation.engine.solvers import DEFAULT, SOLVERS
 from fsi.errors import SceneError
 
@@ -186,7 +186,7 @@ def _missed(own: dict[str, list[Result]]) -> list[str]:
         for name, target in row.target.items():
             if not met(row.error[name], target):
                 value, limit = shown(name, row.error[name]), shown(name, target)
-                lines.append(f"| {row.case} | {row.level} | {name.replace('_', ' ')} | {value} | {limit} |")
+                lines.append(f"| {row.case} | {row.level} | {words(name)} | {value} | {limit} |")
     return [*lines, ""]
 
 
