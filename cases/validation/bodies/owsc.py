@@ -110,12 +110,12 @@ class Pitch(Pictured):
         return t[last], np.array(self.pitch)[last], np.array(self.level)[last, :-1]
 
     def period(self) -> float:
-        """Period of the pitch [s], from its upward crossings of the mean."""
+        """Period of the pitch [s], from its upward crossings of the mean; nan with less than three."""
         t, y = np.array(self.time), np.array(self.pitch)
         y = y - self.steady()[1].mean()
         up = np.flatnonzero((y[:-1] < 0) & (y[1:] >= 0))
         crossings = t[up] - y[up] * (t[up + 1] - t[up]) / (y[up + 1] - y[up])
-        return float(np.diff(crossings[-3:]).mean())
+        return float(np.diff(crossings[-3:]).mean()) if len(crossings) > 2 else math.nan
 
     def errors(self) -> dict[str, float]:
         t, pitch, level = self.steady()
