@@ -13,7 +13,16 @@ from cases.validation.engine.case import met
 from cases.validation.engine.registry import MODULES, load
 from cases.validation.engine.report import unit
 from cases.validation.engine.wrong import BY_NAME, COUNTED, LARGEST, wrong
-from cases.validation.fluid import channels, dam_front, drop, plain_tanks, short_box, standing_wave, tall_column
+from cases.validation.fluid import (
+    channels,
+    dam_front,
+    drop,
+    plain_tanks,
+    short_box,
+    standing_wave,
+    tall_column,
+    violent,
+)
 from cases.validation.theory.wedge_similarity import free_entry
 from cases.validation.waves import scott_russell, solitary_wave, wavemaker
 from fsi.waves import wavenumber
@@ -243,3 +252,15 @@ def test_the_hydrostatic_part_does_not_hide_the_rest():
     errors = forced_heave.against_theory(found, 4.0)
     assert errors["added_mass"] == pytest.approx(0)
     assert errors["damping_kgps"] == pytest.approx(6.4 * damping) and errors["hydrodynamic_phase_deg"] > 12
+
+
+def test_water_that_stays_where_it_is_has_kept_no_books():
+    books = {"leaks": 0.0, "infinite": 0.0, "rise": 0.0, "at_start": 1.0, "spacing": 0.02, "balance": NoAudit}
+    case = load("violent_fill")
+    for way, missing in ((0.5, ["momentum"]), (0.0, ["energy_rise", "momentum"])):
+        found = made(violent.Bookkeeping, way=way, **books).errors()
+        assert [name for name, target in case.target.items() if not met(found[name], target)] == missing
+
+
+class NoAudit:
+    audits = 0
