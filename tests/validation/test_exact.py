@@ -24,6 +24,9 @@ from cases.validation.fluid.still_water import DEPTH
 from cases.validation.theory.separation import first_harmonic, group_speed, separate, wave_heights, wavenumber_of
 from cases.validation.theory.series import impulse, low_passed, relative_rms
 from cases.validation.waves import irregular_sea, solitary_wave
+from fsi.estimate import estimate
+from fsi.plugins import bind
+from fsi.scene.file import load_scene
 
 
 def test_standing_waves_of_finite_height_are_slower_in_deep_water():
@@ -228,3 +231,22 @@ def test_a_thick_jet_on_a_step_is_kirchhoffs_flow_past_a_plate():
     heights = tuple(np.linspace(0, 1, 2001))
     drag = np.trapezoid(jet_step.exact_pressure(heights, 1000.0), heights)
     assert drag == pytest.approx(2 * math.pi / (4 + math.pi), abs=0.002)
+
+
+@pytest.mark.parametrize(
+    "name, fluid, theirs", [("dam_tank", 120**3, 3558212), ("column_collapse", 40 * 40 * 100, 731860)]
+)
+def test_the_scaling_scenes_have_the_size_of_the_source(name, fluid, theirs):
+    """Water exactly; walls to within a fifth, for they have other numbers of rows."""
+    scene = load_scene(name, level="paper")
+    found = estimate(scene, *(bind(scene, name)[n] for n in (0, 2)))
+    assert found["fluid"] == fluid
+    assert found["wall"] == pytest.approx(theirs - fluid, rel=0.2)
+
+
+def test_the_channel_of_the_slide_is_24_m_long_with_all_gauges():
+    for name in ("slide_channel", "slide_channel_prescribed"):
+        for level in (None, "medium", "paper"):
+            scene = load_scene(name, level=level)
+            assert scene.tank.max[0] - scene.tank.min[0] == pytest.approx(24)
+            assert [g.x / 0.24 for g in scene.gauges.values()] == pytest.approx([3, 5, 7.5, 10, 15, 22.5, 35])

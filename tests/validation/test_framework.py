@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from cases.validation.engine import defaults
 from cases.validation.engine.case import Case, Measure, Row
 from cases.validation.engine.registry import MODULES, NAMES, choose, load
-from cases.validation.engine.report import cells, headings, order, orders, seconds, shown, table
+from cases.validation.engine.report import cells, headings, order, orders, plot, seconds, shown, table, words
 from cases.validation.engine.runner import run_case, scene_of
 from cases.validation.engine.solvers import SOLVERS
 from cases.validation.engine.store import Store
@@ -92,6 +92,15 @@ def test_a_missed_target_and_a_failed_run_are_not_passed():
     assert "unstable" in reason
     assert failed.error == {"anything": None} and not failed.passed
     assert cells(failed)[-2:] == ["failed !", "MISSED"]
+
+
+def test_a_measure_that_cannot_be_read_is_a_failed_row():
+    class Still(Fall):
+        def errors(self):
+            raise ZeroDivisionError("nothing moved")
+
+    failed, reason = run_case(replace(fall(), measure=Still), "coarse", "chebyshev6", threads=1)
+    assert "nothing moved" in reason and failed.error == {"fall_speed": None} and not failed.passed
 
 
 def unstable() -> Case:
@@ -217,6 +226,7 @@ def test_errors_are_shown_in_their_units():
     assert shown("pressure_l2", 0.00123) == "0.123 %"
     assert shown("peak_time_s", -0.02) == "-0.02 s"
     assert shown("draft_m", 0.5) == "0.5 m"
+    assert shown("phase_deg", 12.0) == "12 degrees" and words("damping_kgps") == "damping"
     assert seconds(12.34) == "12.3 s" and seconds(600) == "10.0 min"
 
 
@@ -227,6 +237,19 @@ def test_the_table_marks_what_misses_its_target():
     assert "50 % !" in cells(bad) and cells(bad)[-1] == "MISSED"
     assert not any("!" in cell for cell in cells(row())) and cells(row())[-1] == "met"
     assert table(case, [bad, row()]).row_count == 2 * len(case.target)
+
+
+def test_a_page_draws_the_measures_that_have_data_with_one_legend_beside_them():
+    case = load("dam_front")
+    error = dict.fromkeys(case.target, 0.0) | {"front_speed": 0.02, "energy_loss": 0.01}
+    figure = plot(case, [row(solver=solver, error=error) for solver in SOLVERS])
+    assert [panel.get_title(loc="left") for panel in figure.axes] == ["front speed", "energy loss"]
+    assert all(panel.get_xlabel() == "run time [s]" and panel.get_ylabel() == "error [%]" for panel in figure.axes)
+    assert all(panel.get_legend() is None for panel in figure.axes)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [*SOLVERS, "target"]
+    looks = {(line.get_color(), line.get_marker()) for line in figure.axes[0].get_lines()[:-1]}
+    assert len(looks) == len(SOLVERS)
 
 
 def test_the_store_keeps_the_latest_of_each_row(tmp_path):
@@ -247,10 +270,16 @@ def test_the_store_keeps_the_latest_of_each_row(tmp_path):
     assert (tmp_path / "dam_front.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_rows_of_an_older_definition_are_dropped(tmp_path):
+def test_rows_of_other_measures_are_dropped_and_those_of_other_targets_judged_anew(tmp_path):
+    target = dict(load("dam_front").target)
     store = Store.choose(tmp_path)
-    store.add(row(target=dict.fromkeys(load("dam_front").target, 9.0)), threads=1)
+    store.add(row(), threads=1)
+    store.file.write_text(store.file.read_text().replace("front_curve", "front_shape"))
     assert Store.choose(tmp_path).results == []
+    loose = dict.fromkeys(target, 9.0)
+    store.add(row(target=loose, error=dict.fromkeys(target, 0.0) | {"energy_loss": 5.0}), threads=1)
+    (kept,) = Store.choose(tmp_path).results
+    assert kept.row.target == target and not kept.row.passed
     store.file.write_text('[{"case": "dam_front"}]')
     with pytest.raises(SceneError, match="not a file of results"):
         Store.choose(tmp_path)

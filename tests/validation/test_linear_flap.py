@@ -12,7 +12,7 @@ from fsi.waves import wavenumber
 PLANE = (0.01, 0.2, 0.01)
 
 
-@pytest.mark.parametrize("name", ["owsc_2d", "owsc_2d_surface"])
+@pytest.mark.parametrize("name", ["owsc_2d", "owsc_2d_surface", "owsc_2d_shallow"])
 def test_the_waves_carry_away_what_the_torque_puts_in(name):
     response = respond(owsc.FLAPS[name], owsc.OMEGA, PLANE)
     added, damping, _ = radiate(owsc.FLAPS[name], owsc.OMEGA, PLANE, 1.2)
@@ -20,7 +20,7 @@ def test_the_waves_carry_away_what_the_torque_puts_in(name):
     assert response.added == added > 0
 
 
-@pytest.mark.parametrize("name", ["owsc_2d", "owsc_2d_surface"])
+@pytest.mark.parametrize("name", ["owsc_2d", "owsc_2d_surface", "owsc_2d_shallow"])
 def test_the_constants_of_the_case_are_those_of_the_theory(name):
     coarse, fine = (respond(owsc.FLAPS[name], owsc.OMEGA, (d, 0.2, d)) for d in (0.01, 0.005))
     known = owsc.LINEAR[name]

@@ -1,11 +1,11 @@
 """A spar in forced heave, in free heave, and with six degrees of freedom, in three dimensions.
 
-`spar`: radius 0.2 m, draft 0.8 m, 2 m of water, amplitude 0.06 m, 4 rad/s. Linear theory with the coefficients of a boundary
-element code (`coupling.forced_heave`), force amplitude and phase. The source documents move a spar of 115 kg and 1.4 m draft
-whose shape is not given: `spar_heave` lets a revolved one of that mass and draft go. Its period is compared with linear
-theory, 2 pi sqrt((M + A33) / (rho g S)), with the added mass of the plain spar scaled by the cube of the radius, for it
-is that of the bottom alone (the free surface is many radii away). `spar_free` has six degrees of freedom: started in the
-plane y = 0 it must stay there, and keep the heave period.
+`spar`: radius 0.2 m, draft 0.8 m, 2 m of water, amplitude 0.06 m, 4 rad/s. Linear theory with the coefficients of a
+boundary element code (`coupling.forced_heave`): amplitude and phase of the force without its hydrostatic part, added mass,
+damping. The source documents move a spar of 115 kg and 1.4 m draft whose shape is not given: `spar_heave` lets a revolved
+one of that mass and draft go. Its period is compared with linear theory, 2 pi sqrt((M + A33) / (rho g S)), with the added
+mass of the plain spar scaled by the cube of the radius, for it is that of the bottom alone (the free surface is many radii
+away). `spar_free` has six degrees of freedom: started in the plane y = 0 it must stay there, and keep the heave period.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from cases.validation.coupling import forced_heave
-from cases.validation.engine.case import Case
+from cases.validation.engine.case import Case, Wrong
 from cases.validation.engine.pictures import Chart, Pictured
 from cases.validation.engine.scenes import builder, spacings
 from fsi.simulation.loop import Simulation
@@ -37,13 +37,15 @@ class Forced(Pictured):
 
     def charts(self) -> list[Chart]:
         t, z, force = np.array(self.rows).T
-        at_rest = 1000 * 9.81 * math.pi * forced_heave.RADIUS**2 * forced_heave.DRAFT
-        ratio = forced_heave.theory(OMEGA)
+        at_rest = forced_heave.STIFFNESS * forced_heave.DRAFT
+        ratio = forced_heave.theory(OMEGA) + forced_heave.STIFFNESS
         last = t > t[-1] - 2 * math.pi / OMEGA
         phase = forced_heave.harmonic(t[last], z[last], OMEGA)
         linear = (ratio * phase * np.exp(-1j * OMEGA * t[last])).real
-        lines = ("run", t, force - at_rest), ("linear theory", t[last], linear)
-        return [Chart("force", "Vertical force of the water, less buoyancy at rest", "time [s]", "force [N]", lines)]
+        lines = ("run", t, force - at_rest + forced_heave.STIFFNESS * z), ("linear theory", t[last], linear)
+        return [
+            Chart("force", "Vertical force of the water without its hydrostatic part", "time [s]", "force [N]", lines)
+        ]
 
 
 class Free(Pictured):
@@ -89,8 +91,10 @@ class Free(Pictured):
 
 
 def _period(t: np.ndarray, z: np.ndarray) -> float:
-    """Twice the time [s] from the first minimum of z to the maximum after it, each by a parabola."""
+    """Twice the time [s] from the first minimum of z to the maximum after it, each by a parabola; nan without a minimum."""
     low = int(z[t < 0.75 * PERIOD].argmin())
+    if low < 3:
+        return math.nan  # it does not move
     after = np.flatnonzero((t > t[low]) & (t < t[low] + 0.75 * PERIOD))
     turns = []
     for i in (low, int(after[z[after].argmax()])):
@@ -100,12 +104,19 @@ def _period(t: np.ndarray, z: np.ndarray) -> float:
     return 2 * (turns[1] - turns[0])
 
 
+SHORT = (
+    "The radius is 2.4 spacings at the coarse level, and the period as short as that without added mass, 3.4 % below theory: a"
+    " target of 5 % would not have told the two apart. What shortens it has not been found."
+)
+
+
 def _free(name: str, title: str, more: dict) -> Case:
     reference = f"Linear theory: heave period {PERIOD:.3f} s, added mass of the plain spar scaled by its radius cubed."
     if more:
         reference += " Started in the plane y = 0 it stays there; its tilt does not grow."
-    target = {"heave_period": 0.05, "leaks": 0.0} | more
-    return Case(name, title, reference, spacings(name), builder(name), Free, target)
+    target = {"heave_period": 0.02, "leaks": 0.0} | more
+    fails = {"heave_period": Wrong("no added mass at all", math.sqrt(MASS / (MASS + ADDED)) - 1)}
+    return Case(name, title, reference, spacings(name), builder(name), Free, target, SHORT, fails_when=fails)
 
 
 NAMES = ("spar", "spar_heave", "spar_free")
@@ -115,11 +126,12 @@ CASES = {
         Case(
             "spar",
             "Plain spar in forced heave, 0.06 m at 4 rad/s",
-            "Linear theory: boundary element code, A33 15.25 kg, B33 2.38 kg/s.",
+            "Linear theory: boundary element code, A33 15.25 kg, B33 2.38 kg/s; the force without its hydrostatic part.",
             spacings("spar"),
             builder("spar"),
             Forced,
-            {"force_amplitude": 0.05, "force_phase": 0.05},
+            forced_heave.TARGET,
+            forced_heave.REASONS,
         ),
         _free("spar_heave", "Spar of 115 kg and 1.4 m draft, free heave", {}),
         _free("spar_free", "Spar of 115 kg with six degrees of freedom", {"sway_m": 0.005, "tilt_growth": 0.05}),

@@ -1,9 +1,10 @@
 """A spar is moved up and down at three frequencies; the force of the water on it, in three dimensions.
 
 Linear theory: F = -(C - omega^2 A - i omega B) z, with the added mass and damping of a boundary element code for a spar of
-radius 0.2 m and draft 0.8 m in 2 m of water, and C = rho g S. `force_amplitude` relative to theory's; `force_phase` its
-lag, as a share of a cycle. The force less C z, which inertia makes up, is told apart by `added_mass`. Read by least squares
-over the last period of two and a half, the first with a ramp; the basin ends in damping zones.
+radius 0.2 m and draft 0.8 m in 2 m of water, and C = rho g S. C z alone is up to 1.25 times the whole force, and exact
+whatever the waves do, so it is taken out: the hydrodynamic part (omega^2 A + i omega B) z is compared, by its amplitude and
+its phase, by added mass and by damping, the latter as a difference, for it is small. Read by least squares over the last
+period of two and a half, the first with a ramp; the basin ends in damping zones.
 """
 
 from __future__ import annotations
@@ -54,13 +55,26 @@ class Load(Measure):
         t, z, force = np.array(self.rows).T
         last = t > t[-1] - 2 * math.pi / self.omega
         t, z, force = t[last], z[last], force[last]
-        found = harmonic(t, force, self.omega) / harmonic(t, z, self.omega)
-        exact = theory(self.omega)
-        return {
-            "force_amplitude": abs(found) / abs(exact) - 1,
-            "force_phase": np.angle(found / exact) / (2 * math.pi),
-            "added_mass": (found.real + STIFFNESS) / self.omega**2 / COEFFICIENTS[self.omega][0] - 1,
-        }
+        return against_theory(harmonic(t, force, self.omega) / harmonic(t, z, self.omega), self.omega)
+
+
+def against_theory(force: complex, omega: float) -> dict[str, float]:
+    """Errors of a force over displacement [N/m] at a frequency [1/s]."""
+    found, exact = force + STIFFNESS, theory(omega) + STIFFNESS
+    mass, damping = COEFFICIENTS[omega]
+    return {
+        "hydrodynamic_amplitude": abs(found) / abs(exact) - 1,
+        "hydrodynamic_phase_deg": math.degrees(np.angle(found / exact)),
+        "added_mass": found.real / omega**2 / mass - 1,
+        "damping_kgps": found.imag / omega - damping,
+    }
+
+
+TARGET = {"hydrodynamic_amplitude": 0.03, "hydrodynamic_phase_deg": 2.0, "added_mass": 0.03, "damping_kgps": 2.0}
+REASONS = (
+    "The spar has 3 and 4 spacings to its radius, and several times the damping of linear theory at any amplitude tried: the"
+    " resistance acts on the flat bottom; about a third of it is artificial viscosity (decay_spar)."
+)
 
 
 def _scene(omega: float):
@@ -86,11 +100,13 @@ def _case(omega: float) -> Case:
     return Case(
         f"forced_heave_{omega:g}",
         f"Forced heave of a spar, amplitude {HEAVE:g} m, {omega:g} rad/s, 3D",
-        "Linear theory: boundary element code. The radius is 3, 4 and 8 spacings.",
+        f"Linear theory: boundary element code, {COEFFICIENTS[omega][0]:.4g} kg, {COEFFICIENTS[omega][1]:.3g} kg/s; the force"
+        " without its hydrostatic part. The radius is 3, 4 and 8 spacings.",
         {"coarse": RADIUS / 3, "medium": RADIUS / 4, "paper": RADIUS / 8},
         _scene(omega),
         lambda sim: Load(sim, omega),
-        {"force_amplitude": 0.05, "force_phase": 0.05},
+        TARGET,
+        REASONS,
     )
 
 

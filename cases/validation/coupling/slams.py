@@ -65,11 +65,15 @@ def _drops(shape: str):
     return scene
 
 
+FALLEN = 0.05  # m; a body that has not gone that far was not dropped
+
+
 class Drops(Measure):
     """Energy of all, and fluid in the bodies at the end."""
 
     def begin(self, sim) -> None:
         self.total, self.inside, self.count = Total(sim), Inside(sim), sim.fluid.count
+        self.height = sim.bodies.motion().position[:, 2]
         self.falls = sim.scene.gravity * float(sim.bodies.mass @ sim.bodies.motion().position[:, 2])
 
     def sample(self, sim) -> None:
@@ -78,8 +82,9 @@ class Drops(Measure):
 
     def errors(self) -> dict[str, float]:
         lost = self.sim.fluid.lost
+        fallen = np.abs(self.sim.bodies.motion().position[:, 2] - self.height).min() > FALLEN
         return {
-            "energy_rise": self.total.rise / self.falls,
+            "energy_rise": self.total.rise / self.falls if fallen else math.nan,
             "fluid_in_bodies": self.inside.count(self.sim) / self.count,
             "lost": lost / self.count,
         }

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.engine.case import Case, Measure
+from cases.validation.engine.case import Case, Measure, Wrong
 from fsi.owners import FIRST_BODY
 
 HALF, HIGH, RATIO, PITCH, DEPTH = 0.1, 0.08, 0.5, 0.5, 0.5  # m
@@ -114,5 +114,6 @@ CASES = {
             "soft_stop_penetration_m": 0.006,
             "contact_penetration_m": 0.0015,
         },
+        fails_when={"contact_penetration_m": Wrong("twice as deep as the contact allows", 0.003)},
     )
 }

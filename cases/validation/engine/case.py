@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 LEVELS = ("coarse", "medium", "paper", "fine")  # paper: the spacing of the documents; few cases have a finer one
@@ -37,13 +37,22 @@ class Measure:
 
 
 @dataclass(frozen=True)
+class Wrong:
+    """A wrong result in words, and the `error` that it gives: a target has to be below that."""
+
+    what: str
+    error: float
+
+
+@dataclass(frozen=True)
 class Case:
     """One validation case.
 
     `reference`: the exact answer or the experiment, with its source. `spacing`: level -> particle spacing [m].
     `scene(spacing, folder)`: the scene as plain data; files it needs are written to `folder`. `target`: largest
     magnitude that each error may have. `reasons`: why rows miss a target, as far as it was found; the report shows it
-    beside rows that do.
+    beside rows that do. `fails_when`: measure -> a result that an engineer would call wrong, and that its target has to catch,
+    where `engine.wrong` has none for a measure of that name.
 
     `run(case, level, solver)`, for a case that is no single run, gives its row and why it failed ("" where it did not);
     `plot(case, rows)` draws a figure of its own in place of error over run time.
@@ -59,6 +68,7 @@ class Case:
     reasons: str = ""
     run: Callable[[Case, str, str], tuple[Row, str]] | None = None
     plot: Callable[[Case, Sequence[Row]], object] | None = None
+    fails_when: Mapping[str, Wrong] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -86,6 +96,12 @@ class Row:
     def as_dict(self) -> dict:
         """The row as `fsi validate --json` prints it."""
         return asdict(self)
+
+
+def judged(row: Row, target: Mapping[str, float]) -> Row:
+    """The row against these targets."""
+    passed = all(met(row.error[name], limit) for name, limit in target.items())
+    return replace(row, target=dict(target), passed=passed)
 
 
 def met(error: float | None, target: float) -> bool:

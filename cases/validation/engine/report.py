@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import product
 
 import numpy as np
 
-from cases.report.charts import canvas, legend
+from cases.report.charts import COLOURS, canvas
 from cases.validation.engine.case import Case, Row, met
 
-UNITS = {"m": "m", "s": "s", "pa": "Pa", "n": "N"}  # endings of error measures that are not relative
+# endings of error measures that are not relative
+UNITS = {"m": "m", "s": "s", "pa": "Pa", "n": "N", "deg": "degrees", "kgps": "kg/s"}
+
+MARKERS = "osD^"  # of the solvers, each in every colour
 
 
 def unit(measure: str) -> str:
     """The unit of an error measure, from the end of its name; "%" for a relative one."""
     return UNITS.get(measure.rpartition("_")[2], "%")
+
+
+def words(measure: str) -> str:
+    """The name of an error measure in words, without its unit."""
+    return (measure if unit(measure) == "%" else measure.rpartition("_")[0]).replace("_", " ")
 
 
 def shown(measure: str, value: float | None) -> str:
@@ -30,7 +39,7 @@ def seconds(value: float) -> str:
 
 def headings(case: Case) -> list[str]:
     """Column heads of the table of a case; under an error measure stands its target."""
-    errors = [f"{name.replace('_', ' ')} (<= {shown(name, target)})" for name, target in case.target.items()]
+    errors = [f"{words(name)} (<= {shown(name, target)})" for name, target in case.target.items()]
     facts = "level", "solver", "spacing", "particles", "steps", "time step", "wall time", "particle-steps", "memory"
     return [*facts, *errors, "target"]
 
@@ -69,8 +78,8 @@ def table(case: Case, rows: Iterable[Row]):
         facts = row.level, row.solver, str(row.particles), str(row.steps), seconds(row.wall_seconds)
         for name, target in row.target.items():
             good = met(row.error[name], target)
-            words = name.replace("_", " "), shown(name, row.error[name]), shown(name, target) + ("" if good else " !")
-            out.add_row(*facts, *words, style=None if good else "red")
+            line = words(name), shown(name, row.error[name]), shown(name, target) + ("" if good else " !")
+            out.add_row(*facts, *line, style=None if good else "red")
             facts = ("",) * len(facts)
     return out
 
@@ -99,35 +108,42 @@ def order_lines(case: Case, rows: Iterable[Row]) -> list[str]:
     """Orders of convergence in words, one line a solver."""
     lines = []
     for solver, found in orders(case, rows).items():
-        values = ", ".join(f"{name.replace('_', ' ')} {p:.2f}" for name, p in found.items())
+        values = ", ".join(f"{words(name)} {p:.2f}" for name, p in found.items())
         lines.append(f"Order of convergence, {solver}: {values}")
     return lines
 
 
 def plot(case: Case, rows: Sequence[Row]):
     """Error over run time on logarithmic axes: one panel a measure that has errors to show, one line a solver, the levels along
-    it, the target dashed; the figure."""
+    it, the target dashed; one legend beside them all. Returns the figure."""
     shown_ = [name for name in case.target if any(row.error.get(name) for row in rows)]
-    columns = 1 if len(shown_) == 1 else 2
+    columns, solvers = 1 if len(shown_) == 1 else 2, list(dict.fromkeys(row.solver for row in rows))
+    styles = dict(zip(solvers, product(MARKERS, COLOURS), strict=False))
     figure, panels = canvas(max(1, -(-len(shown_) // columns)), columns, height=3.0)
     for panel, name in zip(panels, shown_, strict=False):
-        _panel(panel, name, case.target[name], rows)
+        _panel(panel, name, case.target[name], rows, styles)
     for panel in panels[len(shown_) :]:
         panel.remove()
+    named = {
+        label: line
+        for panel in panels[: len(shown_)]
+        for line, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    if len(named) > 1:
+        figure.legend(named.values(), named, loc="outside right upper", fontsize=11, frameon=False)
     return figure
 
 
-def _panel(panel, name: str, target: float, rows: Sequence[Row]) -> None:
+def _panel(panel, name: str, target: float, rows: Sequence[Row], styles: dict[str, tuple[str, str]]) -> None:
     factor = 100 if unit(name) == "%" else 1
-    for solver in dict.fromkeys(row.solver for row in rows):
+    for solver, (marker, colour) in styles.items():
         own = [row for row in rows if row.solver == solver and row.error.get(name)]
         own.sort(key=lambda row: row.wall_seconds)
         if own:
             errors = [factor * abs(row.error[name]) for row in own]
-            panel.loglog([row.wall_seconds for row in own], errors, "o-", label=solver)
+            panel.loglog([row.wall_seconds for row in own], errors, marker + "-", color=colour, label=solver)
     if target > 0:
         panel.axhline(factor * target, color="0.5", linestyle="--", label="target")
-    panel.set(xlabel="run time [s]", ylabel=f"{name.replace('_', ' ')} [{unit(name)}]")
-    panel.set_title(name.replace("_", " "), loc="left", fontsize=13)
+    panel.set(xlabel="run time [s]", ylabel=f"error [{unit(name)}]")
+    panel.set_title(words(name), loc="left", fontsize=13)
     panel.grid(True, which="both", color="0.9")
-    legend(panel)

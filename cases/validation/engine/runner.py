@@ -42,6 +42,15 @@ def scene_of(case: Case, level: str, solver: str, folder: Path) -> Scene:
     return load_scene(Scene.model_validate(data | extra | {"numerics": numerics | changed}, context={"folder": folder}))
 
 
+def _read(case: Case, measure: Measure) -> dict[str, float]:
+    """The errors of a measure, nan where it has not met what it measures (bodies that never touched). Raises RunError where
+    the run gave nothing that it can be read from: nothing moved, say."""
+    try:
+        return dict.fromkeys(case.target, math.nan) | measure.errors()
+    except (ArithmeticError, ValueError, IndexError) as fault:  # those of numpy's linear algebra are ValueErrors
+        raise RunError(f"the run ended, and its errors cannot be read ({fault})") from fault
+
+
 def run_case(
     case: Case, level: str, solver: str, threads: int | None = None, figures: Path | None = None
 ) -> tuple[Row, str]:
@@ -58,7 +67,7 @@ def run_case(
     watch, reason = Stopwatch(measure), ""
     try:
         sim.run(on_step=watch)
-        error = {name: float(value) if math.isfinite(value) else None for name, value in measure.errors().items()}
+        error = {name: float(value) if math.isfinite(value) else None for name, value in _read(case, measure).items()}
     except RunError as fault:
         error, reason = dict.fromkeys(case.target), str(fault)
     finally:

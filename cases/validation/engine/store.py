@@ -7,7 +7,7 @@ import math
 import os
 import platform
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -15,9 +15,9 @@ from pathlib import Path
 import cases
 from cases.report.page import Page
 from cases.validation.engine import defaults
-from cases.validation.engine.case import LEVELS, Case, Row, met
+from cases.validation.engine.case import LEVELS, Case, Row, judged, met
 from cases.validation.engine.registry import NAMES, load, module_of
-from cases.validation.engine.report import cells, headings, order_lines, plot, seconds, shown
+from cases.validation.engine.report import cells, headings, order_lines, plot, seconds, shown, words
 from cases.validation.engine.solvers import DEFAULT, SOLVERS
 from fsi.errors import SceneError
 
@@ -128,7 +128,7 @@ class Store:
             results = [Result(machine=e.pop("machine"), date=e.pop("date"), row=_row(e)) for e in entries]
         except (ValueError, KeyError, TypeError) as fault:
             raise SceneError(f"not a file of results ({fault})", file=self.file, fix="remove it") from None
-        return [r for r in results if _stands(r.row)]
+        return [replace(r, row=judged(r.row, load(r.row.case).target)) for r in results if _stands(r.row)]
 
 
 def _row(entry: dict) -> Row:
@@ -137,8 +137,9 @@ def _row(entry: dict) -> Row:
 
 
 def _stands(row: Row) -> bool:
-    """Whether the case and the solver still exist and ask for the same."""
-    return row.case in NAMES and row.solver in SOLVERS and row.target == dict(load(row.case).target)
+    """Whether the case and the solver still exist, and the row has all that the case measures now. A measure whose definition
+    changes takes another name; where only a target has changed, the row is judged anew."""
+    return row.case in NAMES and row.solver in SOLVERS and set(load(row.case).target) <= set(row.error)
 
 
 def _worst(row: Row) -> float:
@@ -185,7 +186,7 @@ def _missed(own: dict[str, list[Result]]) -> list[str]:
         for name, target in row.target.items():
             if not met(row.error[name], target):
                 value, limit = shown(name, row.error[name]), shown(name, target)
-                lines.append(f"| {row.case} | {row.level} | {name.replace('_', ' ')} | {value} | {limit} |")
+                lines.append(f"| {row.case} | {row.level} | {words(name)} | {value} | {limit} |")
     return [*lines, ""]
 
 

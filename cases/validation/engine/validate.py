@@ -72,9 +72,14 @@ def validate(
 
 
 def pages(names: Sequence[str] = (), *, out: str | Path | None = None) -> list[Path]:
-    """Write a page for each of these cases (all, if none are named) from the rows that are kept; returns the files."""
+    """Write a page for each of these cases (all, if none are named) from the rows that are kept; returns the files.
+    Raises SceneError where none of them has rows."""
     require("matplotlib", "report", "the pages of fsi validate")
-    return Store.choose(out).pages([case.name for case in choose(tuple(names))])
+    store = Store.choose(out)
+    written = store.pages([case.name for case in choose(tuple(names))])
+    if not written:
+        raise SceneError("no rows of these cases are kept", file=store.file, fix="run them: fsi validate CASE")
+    return written
 
 
 def _runs(names: tuple[str, ...], levels: Sequence[str], solvers: Sequence[str]) -> list[Job]:

@@ -136,7 +136,7 @@ def _case(name: str, title: str, scene, reasons: str = "") -> Case:
         "Linear theory of the piston's own way, at x = 4, 6 and 7 m, best shift within 0.2 s: standard deviation of the"
         " misfit over that of the waves. Case of Cox & Ortega (2002)."
     )
-    target = {"elevation": 0.3, "leaks": 0.0}
+    target = {"elevation": 0.15, "leaks": 0.0}
     return Case(name, title, reference, spacings("deck_overtopping"), scene, Packet, target, reasons)
 
 
@@ -151,6 +151,12 @@ CASES = {
             "The highest waves run ahead of linear theory by 0.17 s at x = 7 m, the lower ones do not; and the deck sends waves"
             " back, which theory has not: without it the misfit is 28 %. Not the spacing: 30.4 % at 25 mm, 31.3 % at 17.5 mm.",
         ),
-        _case("deck_waves", "The packet without the deck", _open),
+        _case(
+            "deck_waves",
+            "The packet without the deck",
+            _open,
+            "The highest waves are higher than linear theory has and run ahead of it by 0.17 s at x = 7 m, the lower ones do"
+            " not.",
+        ),
     )
 }

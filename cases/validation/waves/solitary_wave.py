@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from cases.validation.engine.case import Case, Measure
+from cases.validation.engine.case import Case
+from cases.validation.engine.pictures import Chart, Pictured
 from cases.validation.waves.wavemaker import NUMERICS
 from fsi.fluid.gauges import elevation
 from fsi.simulation.loop import Simulation
@@ -33,10 +34,10 @@ def crest(t: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     return float(t[top] - b / (2 * a)), float(c - b * b / (4 * a))
 
 
-class Crests(Measure):
+class Crests(Pictured):
     """Height and time of the crest at the gauges."""
 
-    interval = 0.05 * math.sqrt(DEPTH / G)
+    interval, colour, moments = 0.05 * math.sqrt(DEPTH / G), "u", (2.0, 4.0)
 
     def begin(self, sim: Simulation) -> None:
         self.time, self.elevation = [], []
@@ -45,6 +46,16 @@ class Crests(Measure):
         dr, h = sim.scene.spacing, sim.scene.smoothing_length
         self.time.append(sim.time)
         self.elevation.append([elevation(sim.fluid.position, np.array([x]), dr, h) for x in GAUGES])
+
+    def charts(self) -> list[Chart]:
+        t, y = np.array(self.time), np.array(self.elevation) / DEPTH
+        start, _ = crest(t, y[:, 0])
+        kappa, lines = math.sqrt(0.75 * HEIGHT / (1 + HEIGHT)) / DEPTH, []
+        for x, column in zip(GAUGES, y.T, strict=True):
+            lines.append((f"run, {x / DEPTH:g} depths", t, column))
+            passed = start + (x - GAUGES[0]) / SPEED
+            lines.append((f"Rayleigh, {x / DEPTH:g} depths", t, HEIGHT / np.cosh(kappa * SPEED * (t - passed)) ** 2))
+        return [Chart("gauges", "Elevation at the gauges", "time [s]", "elevation over depth", tuple(lines))]
 
     def errors(self) -> dict[str, float]:
         t, y = np.array(self.time), np.array(self.elevation)
