@@ -271,6 +271,8 @@ def sweep(
         print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
         if facts["runs"] and not facts["done"]:
             raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
+        if failed := facts["runs"] - facts["done"]:
+            raise RunError(f"{failed} of {facts['runs']} runs failed")
 
 
 @app.command()

@@ -105,10 +105,15 @@ def _override(data: dict, text: str) -> None:
     _set(data, key, _typed(value.strip()) if value.strip() else None)
 
 
+def key_steps(key: str) -> list[str | int]:
+    """The steps to the value at `a.b[0].c`: names, and numbers of items."""
+    tokens = re.findall(r'"([^"]*)"|([^.\[\]"\s]+)|\[(\d+)\]', key)
+    return [int(index) if index else quoted or word for quoted, word, index in tokens]
+
+
 def _set(data: dict, key: str, value) -> None:
     """Set the value at `a.b[0].c`; None takes it away."""
-    tokens = re.findall(r'"([^"]*)"|([^.\[\]"\s]+)|\[(\d+)\]', key)
-    steps = [int(index) if index else quoted or word for quoted, word, index in tokens]
+    steps = key_steps(key)
     try:
         *parents, last = steps
         for step in parents:
