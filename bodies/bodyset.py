@@ -236,6 +236,7 @@ class BodySet:
             body = self.model.geom_bodyid[geom]
             owner = 2 + int(np.searchsorted(self._bodies, body)) if moves(self.model, body) else 0
             solid = place(self.model, self.data, geom, self.dimension, self._source)
+            solid.name = name_of(self.model, GEOM, geom)
             solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
             solids.append((owner, solid))
         return solids

@@ -14,10 +14,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsi.errors import RunError
+from fsi.errors import RunError, SceneError
 from fsi.extras import require
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.check import scene_warnings
+from fsi.scene.check_effect import idle_solids
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 
@@ -60,7 +61,8 @@ def run(
     scene, label = _load(scene, overrides, until, level)
     say = _silent if quiet else _say
     bodies, coupler, ground = bind(scene, label)
-    for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
+    warnings = _warnings(scene, bodies, ground, label)
+    for line in (*warnings, *(bodies.notes if bodies else ())):
         say(line)
     folder = RunFolder.choose(scene, out)
     from fsi.progress import Progress
@@ -70,7 +72,7 @@ def run(
     viewer = _viewer() if live else None
     recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
-    folder.create(scene, threads=sim.threads, particles=sim.counts)
+    folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
     say(f"writing to {folder.path}")
     with (
         _manifest(folder, sim),
@@ -120,7 +122,7 @@ def check(
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
-        "warnings": scene_warnings(scene),
+        "warnings": _warnings(scene, bodies, ground, label),
         "notes": notes,
     }
 
@@ -206,6 +208,14 @@ def bind(scene: Scene, label: str) -> tuple:
         )
         ground = mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
     return bodies, coupler, ground
+
+
+def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
+    """What is allowed and likely not meant. Raises SceneError where a whole bathymetry lies beside the tank."""
+    try:
+        return scene_warnings(scene) + idle_solids(scene, bodies, ground)
+    except SceneError as error:
+        raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None
 
 
 def _viewer():

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.scene.check_effect import idle_values
 from fsi.scene.check_liquids import all_blocks, liquid_faults, liquid_warnings
 from fsi.scene.check_waves import Fault, water_depth, wave_faults, wave_warnings
 from fsi.scene.model import Box, Scene
@@ -28,7 +29,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    return wave_warnings(scene) + liquid_warnings(scene)
+    return wave_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
 
 
 def fluid_depth(scene: Scene) -> float:
