@@ -65,6 +65,7 @@ def run(
     for line in (*warnings, *(bodies.notes if bodies else ())):
         say(line)
     folder = RunFolder.choose(scene, out)
+    from fsi.estimate import check_room
     from fsi.progress import Progress
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
@@ -72,6 +73,7 @@ def run(
     viewer = _viewer() if live else None
     recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+    check_room(scene, bodies, sim.counts["fluid"], folder.path)
     folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
     say(f"writing to {folder.path}")
     with (

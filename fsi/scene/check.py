@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,18 +10,17 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
 from fsi.scene.check_liquids import all_blocks, liquid_faults, liquid_warnings
+from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import Fault, water_depth, wave_faults, wave_warnings
 from fsi.scene.model import Box, Scene
 from fsi.waves import TablePiston
-
-BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
     checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
-    faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
+    faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
         raise SceneError("\n".join(str(SceneError(fault, key=key, file=file, fix=fix)) for key, fault, fix in faults))
 
@@ -42,8 +40,8 @@ def fluid_depth(scene: Scene) -> float:
 def fluid_volume(scene: Scene) -> float:
     """Volume of the fluid at the start [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
     if scene.fluid.blocks:
-        return sum(math.prod(np.subtract(block.max, block.min)) for block in all_blocks(scene).values())
-    return math.prod(np.subtract(scene.tank.max, scene.tank.min)[:-1]) * water_depth(scene)
+        return sum(math.prod(np.subtract(block.max, block.min).tolist()) for block in all_blocks(scene).values())
+    return math.prod(np.subtract(scene.tank.max, scene.tank.min)[:-1].tolist()) * water_depth(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:
@@ -60,6 +58,10 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
     for key, point in points.items():
         if len(point) != scene.dimension:
             yield key, f"{list(point)} has {len(point)} components in {scene.dimension} dimensions", f"give {axes}"
+
+
+def _sizes(scene: Scene) -> Iterator[Fault]:
+    return size_faults(scene, max(0.0, fluid_volume(scene)), fluid_depth(scene))
 
 
 def _output(scene: Scene) -> Iterator[Fault]:
@@ -145,12 +147,6 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
     if 0 < depth < 4 * scene.spacing * (1 - 1e-9):
         fault = f"{scene.spacing:g} m gives {depth / scene.spacing:.1f} particles over the fluid's depth {depth:g} m"
         yield "spacing", fault, f"use {depth / 4:.2g} m or less, for at least 4"
-    particles = fluid_volume(scene) / scene.spacing**scene.dimension
-    need, have = particles * BYTES_PER_PARTICLE, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if need > have:
-        fault = f"{scene.spacing:g} m gives {particles:.3g} fluid particles, {need / 1e9:.3g} GB of {have / 1e9:.3g} GB"
-        least = scene.spacing * (need / have) ** (1 / scene.dimension)
-        yield "spacing", fault, f"use more than {least:.2g} m or a smaller tank"
 
 
 def _coupler(scene: Scene) -> Iterator[Fault]:
