@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from bodies import checks, pto, sensors
+from bodies import checks, pto, sensors, sizes
 from bodies.conditions import conditions
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, start_from_keyframe, wet_geoms
@@ -47,6 +47,7 @@ class BodySet:
         start_from_keyframe(self.model, self.data)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
+        sizes.check_model(model, geoms, scene, source)
         self._bodies = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )

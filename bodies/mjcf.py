@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from bodies.shapes.meshes import open_edges
+from bodies.sizes import check_file
 from fsi.errors import SceneError
 from fsi.scene.model import BodyFile
 
@@ -87,6 +88,7 @@ def _read(file: BodyFile, gravity: float, key: str, source: object) -> mujoco.Mj
     if not path.is_file():
         fix = "give the path of an MJCF file, or package://bodies/models/NAME.xml for one that comes with the project"
         raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix=fix)
+    check_file(path)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

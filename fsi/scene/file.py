@@ -19,6 +19,7 @@ from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
 
 MOST_BYTES = 20e6  # of a scene file
+LONG_KEY = re.compile(r'(?<![\w"-])(?:(?:[\w-]+|"[^"\n]*")\s*\.\s*){32}')  # parsing it takes the square of its length
 HEADER = "# Every value of the scene, defaults included: running this file gives the same run again.\n\n"
 
 
@@ -84,7 +85,10 @@ def _read(path: Path) -> dict:
             raise SceneError(
                 f"{size / 1e6:.0f} MB of text", file=path.name, fix=f"give at most {MOST_BYTES / 1e6:.0f} MB"
             )
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        if LONG_KEY.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
     except RecursionError:
         raise SceneError("is nested too deeply", file=path.name, fix="see `fsi check` for what a scene has") from None
     except OSError as fault:
