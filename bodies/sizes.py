@@ -21,7 +21,7 @@ MOST_ELEMENTS = 20_000  # in it, copies of <replicate>, <composite> and <flexcom
 MOST_DEPTH = 400  # elements one in another
 MOST_VALUES = 10e6  # of a height field or a texture
 MOST_JOINTS = 1000  # degrees of freedom; the fluid answers each by itself, and the mass matrix is dense
-MOST_USER = 1000  # values of the user's own for each element
+MOST_USER = 1000  # keyframes, and values of the user's own for each element
 FREEDOM = {"freejoint": 6, "free": 6, "ball": 3, "hinge": 1, "slide": 1}
 SAMPLING = {2: 12e3, 3: 5e3}  # bytes per boundary particle that the layers under a mesh take while they are laid
 
@@ -66,8 +66,9 @@ def _copies(element: ElementTree.Element) -> float:
 def _check_values(element: ElementTree.Element, path: Path) -> None:
     if element.tag == "size":
         for key, text in element.items():
-            if key.startswith("nuser") and any(count > MOST_USER for count in _numbers(text)):
-                raise SceneError(f"{text} values", key=f"size {key}", file=path, fix=f"use at most {MOST_USER}")
+            most = MOST_USER if key.startswith(("nuser", "nkey")) else MOST_VALUES
+            if key != "memory" and any(count > most for count in _numbers(text)):
+                raise SceneError(f"{text[:40]} values", key=f"size {key}", file=path, fix=f"use at most {most:.0f}")
     for one, other in {"hfield": [("nrow", "ncol")], "texture": [("width", "height")]}.get(element.tag, []):
         count = math.prod([*_numbers(element.get(one, "1")), *_numbers(element.get(other, "1"))])
         if count > MOST_VALUES:

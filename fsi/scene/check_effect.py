@@ -224,7 +224,7 @@ def _dry_gauges(scene: Scene, solids: Sequence[Solid]) -> Iterator[str]:
         water = _top_of_water(scene, place)
         if solid.any() and (top := heights[solid].max() + half) >= water - half:
             yield (
-                f"gauges.{name}: stands over dry ground up to z = {top:.3g} m, the water is at {water:.3g} m; "
+                f"gauges.{name}: stands over dry ground up to z = {round(top, 4):g} m, the water is at {round(water, 4):g} m; "
                 "it reads nothing as long as no water runs over it"
             )
 
