@@ -136,7 +136,7 @@ def _extra(rng, root, names) -> None:
     def one(kind: str) -> str:
         return rng.choice([*names[kind], "nothing"])
 
-    kind = rng.choice(OUTER + ["wet", "include", "custom"])
+    kind = rng.choice([*OUTER, "wet", "include", "custom"])
     if kind == "wet":
         wet = ET.SubElement(ET.SubElement(root, "custom"), "tuple", name="wet")
         for _ in range(rng.choice([1, 2])):

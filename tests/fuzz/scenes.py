@@ -170,7 +170,7 @@ def _chosen(rng, data) -> None:
         name, field = rng.choice(list(part.model_fields.items()))
         if name in ("mjcf", "function", "bathymetry", "file") and rng.random() < 0.8:
             continue
-        inner = [p for p in _parts(field.annotation)]
+        inner = list(_parts(field.annotation))
         if not inner:
             value = _value(rng, field.annotation, field.metadata)
             if isinstance(table, dict):
@@ -225,7 +225,7 @@ def _smudged(rng, text: str) -> str:
             text[:at],
             text[:at] + text[at + 1 :],
             text[:at] + rng.choice('"[]{}=.#\n\t\x00\ufeff,€') + text[at:],
-            "".join(lines + [rng.choice(lines)]),
+            "".join([*lines, rng.choice(lines)]),
             "\ufeff" + text,
             text.replace("\n", "\r\n"),
             text.replace("[", "[[", 1),
