@@ -5,15 +5,16 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from bodies import checks, pto, sensors
+from bodies import checks, messages, pto, sensors
 from bodies.conditions import conditions
 from bodies.geoms import place, triangles
-from bodies.mjcf import GEOM, load_model, moves, name_of, start_from_keyframe, wet_geoms
+from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
 from bodies.shapes.gap import Gap, between
 from bodies.shapes.primitives import Placed
 from bodies.stepper import Stepper
+from bodies.world import start_from_keyframes
 from fsi.errors import SceneError
 from fsi.protocols import BodyMotion, Visual
 from fsi.scene.model import Scene, Tank
@@ -41,10 +42,10 @@ class BodySet:
     def __init__(self, scene: Scene, source: object = "scene.toml"):
         self.dimension, self._source = scene.dimension, source
         self._spacing, self._layers = scene.spacing, scene.layers
-        self.model, notes = load_model(scene.bodies, scene.gravity, source)
+        self.model, starts, notes = load_model(scene.bodies, scene.gravity, source)
         self.data = mujoco.MjData(self.model)
         self._motion: tuple[list[bytes] | None, BodyMotion | None] = (None, None)
-        start_from_keyframe(self.model, self.data)
+        start_from_keyframes(self.model, self.data, starts)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
         self._bodies = np.array(
@@ -81,7 +82,8 @@ class BodySet:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was decided for the user, up to now."""
-        return self._notes + tuple(self._stepper.notes.values()) + self._stepper.penetration.notes + self._reach.notes
+        steps = (*self._stepper.notes.values(), *self._stepper.penetration.notes, *self._reach.notes)
+        return self._notes + steps + tuple(messages.of_run(self.data))
 
     @property
     def unsettled(self) -> int:
