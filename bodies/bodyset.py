@@ -17,7 +17,7 @@ from bodies.stepper import Stepper
 from bodies.world import start_from_keyframes
 from fsi.errors import SceneError
 from fsi.protocols import BodyMotion, Visual
-from fsi.scene.model import Scene, Tank
+from fsi.scene.model import Scene
 
 BODY, JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
 SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -25,9 +25,7 @@ SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 def load(scene: Scene, source: object = "scene.toml") -> BodySet:
     """The bodies of a scene, checked against its spacing and tank. Raises SceneError, which calls it `source`."""
-    bodies = BodySet(scene, source)
-    bodies.check_inside(scene.tank)
-    return bodies
+    return BodySet(scene, source)
 
 
 class BodySet:
@@ -42,7 +40,7 @@ class BodySet:
     def __init__(self, scene: Scene, source: object = "scene.toml"):
         self.dimension, self._source = scene.dimension, source
         self._spacing, self._layers = scene.spacing, scene.layers
-        self.model, starts, notes = load_model(scene.bodies, scene.gravity, source)
+        self.model, starts, weighed, notes = load_model(scene.bodies, scene.gravity, source)
         self.data = mujoco.MjData(self.model)
         self._motion: tuple[list[bytes] | None, BodyMotion | None] = (None, None)
         start_from_keyframes(self.model, self.data, starts)
@@ -66,10 +64,11 @@ class BodySet:
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         self.sensor_names = sensors.names(model)
         self._round: dict[int, Roundness] = {}
-        self._solids = self._make_solids(geoms)
+        self._solids, labels, said = self._make_solids(geoms, weighed)
+        notes += said
+        notes += checks.check_inside(self._solids, labels, self.names, scene, source)
         self._gaps = self._make_gaps(scene, geoms, source)
         self._round = self._find_round(geoms)
-        labels = [name_of(model, GEOM, g) for g in geoms]
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
         checks.check_contacts(model, self.data, scene.spacing, source)
@@ -101,10 +100,6 @@ class BodySet:
     def gaps(self) -> list[tuple[int, Gap]]:
         """(owner, gap) for every body with fluid glued to it."""
         return list(self._gaps)
-
-    def check_inside(self, tank: Tank) -> None:
-        """Raise SceneError for a body whose boundary lies outside the tank."""
-        checks.check_inside(self._solids, self.names, tank, self._spacing, self._layers, self._source)
 
     def motion(self) -> BodyMotion:
         """Poses, twists and jacobians of the wet bodies at their centres of mass, see `BodyMotion`; found once a state."""
@@ -231,16 +226,21 @@ class BodySet:
             raise SceneError(fault, key="bodies", file=self._source, fix=fix)
         return self._joints[self.joint_names.index(name)]
 
-    def _make_solids(self, geoms: list[int]) -> list[tuple[int, Placed]]:
-        """Solids of the wet geoms, each trimmed by the earlier ones of its owner."""
-        solids = []
+    def _make_solids(self, geoms: list[int], weighed: set[str]) -> tuple[list[tuple[int, Placed]], list[str], list[str]]:
+        """Solids of the wet geoms, each trimmed by the earlier ones of its owner, their names, and notes."""
+        solids, labels, notes = [], [], []
         for geom in geoms:
-            body = self.model.geom_bodyid[geom]
-            owner = 2 + int(np.searchsorted(self._bodies, body)) if moves(self.model, body) else 0
-            solid = place(self.model, self.data, geom, self.dimension, self._source)
-            solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
-            solids.append((owner, solid))
-        return solids
+            body, label = self.model.geom_bodyid[geom], name_of(self.model, GEOM, geom)
+            moving = moves(self.model, body)
+            owner = 2 + int(np.searchsorted(self._bodies, body)) if moving else 0
+            heavy = moving and label in weighed
+            parts, said = place(self.model, self.data, geom, self.dimension, heavy, self._source)
+            notes += said
+            for solid in parts:
+                solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
+                solids.append((owner, solid))
+                labels.append(label)
+        return solids, labels, notes
 
     def _make_gaps(self, scene: Scene, geoms: list[int], source: object) -> list[tuple[int, Gap]]:
         """The glued layers that the scene asks for. Contacts keep the bodies that far from what they touch."""

@@ -22,16 +22,16 @@ GEOM = mujoco.mjtObj.mjOBJ_GEOM
 
 def load_model(
     files: Mapping[str, BodyFile], gravity: float, source: object
-) -> tuple[mujoco.MjModel, dict[str, Start], list[str]]:
+) -> tuple[mujoco.MjModel, dict[str, Start], set[str], list[str]]:
     """Compile the body files of a scene into one model; with several files every name gets the prefix `NAME/`.
 
     gravity [m/s2] is the scene's; source names the scene in errors. Also returns the keyframes named "start" by prefix,
-    and notes on what was decided.
+    the names of geoms that get their mass from their density, and notes on what was decided.
     Raises SceneError for a missing or malformed file and for options that contradict the scene.
     """
     with listening() as warned:
-        model, starts, notes = _load(files, gravity, source)
-    return model, starts, notes + [f"MuJoCo: {text}" for text in warned]
+        model, starts, weighed, notes = _load(files, gravity, source)
+    return model, starts, weighed, notes + [f"MuJoCo: {text}" for text in warned]
 
 
 def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
@@ -47,6 +47,7 @@ def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
         parts[key] = part
     whole = joining.join(parts, source) if several else next(iter(parts.values()))
     whole.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # else an unstable run would start over
+    weighed = {geom.name for geom in whole.geoms if np.isnan(geom.mass) and not geom.parent.explicitinertial}
     model = _compile(whole, path)
     if several and joining.keep_inertia(whole, model, alone):
         model = _compile(whole, path)
@@ -58,7 +59,7 @@ def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
     if _make_room(whole, model):
         model = _compile(whole, path)
     notes += _without_friction(model)
-    return model, starts, notes
+    return model, starts, weighed, notes
 
 
 def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: object) -> list[int]:

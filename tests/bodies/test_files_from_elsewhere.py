@@ -141,7 +141,7 @@ SOLID = f"<worldbody>{HULL.format(pos='0 0 0')}</worldbody>"
         (
             f"<worldbody>{FIXED.replace('/>', ' pos=' + chr(34) + '250 0 0' + chr(34) + '/>')}</worldbody>"
             '<custom><tuple name="wet"><element objtype="geom" objname="wall"/></tuple></custom>',
-            r"geom 'wall': lies outside the tank: x = 249.8 to 250.2 m where the tank has -2 to 2 m; move it",
+            r"geom 'wall': lies outside the tank: x = 249.8 to 250.2 m where the tank has -2 to 2 m; move",
         ),
     ],
 )
