@@ -226,7 +226,9 @@ class BodySet:
             raise SceneError(fault, key="bodies", file=self._source, fix=fix)
         return self._joints[self.joint_names.index(name)]
 
-    def _make_solids(self, geoms: list[int], weighed: set[str]) -> tuple[list[tuple[int, Placed]], list[str], list[str]]:
+    def _make_solids(
+        self, geoms: list[int], weighed: set[str]
+    ) -> tuple[list[tuple[int, Placed]], list[str], list[str]]:
         """Solids of the wet geoms, each trimmed by the earlier ones of its owner, their names, and notes."""
         solids, labels, notes = [], [], []
         for geom in geoms:

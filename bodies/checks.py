@@ -88,9 +88,7 @@ def check_solids(
     return notes
 
 
-def check_inside(
-    solids: Owned, labels: Sequence[str], names: Sequence[str], scene: Scene, source: object
-) -> list[str]:
+def check_inside(solids: Owned, labels: Sequence[str], names: Sequence[str], scene: Scene, source: object) -> list[str]:
     """Raise SceneError for a body that reaches beyond the tank, to a hundredth of the spacing, and where no fixed solid
     meets it; notes on the other fixed ones that do not. It looks at bounds alone, before anything is sampled."""
     tank, slack = scene.tank, 0.01 * scene.spacing

@@ -76,7 +76,9 @@ def _parts(model: mujoco.MjModel, geom: int, surface: tuple, weighed: bool, key:
         raise SceneError(fault, key=key, file=source, fix=fix)
     notes = []
     if twice:
-        notes.append(f"{key}: parts of its mesh overlap and are taken as one solid; its inertia counts what they share twice")
+        notes.append(
+            f"{key}: parts of its mesh overlap and are taken as one solid; its inertia counts what they share twice"
+        )
     if found.cavity:
         notes.append(
             f"{key} is hollow: its mesh encloses a cavity of {found.cavity:.3g} m3, which stays dry; "

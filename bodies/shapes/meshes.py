@@ -142,7 +142,7 @@ def _check_crop(vertices: np.ndarray, crop: Crop, key: str, path: Path, dimensio
             fault = f"lies beside the tank: {'xyz'[axis]} = {low[k]:.4g} to {high[k]:.4g} m"
             fault += f" where the tank with its walls has {crop[0][k]:.4g} to {crop[1][k]:.4g} m"
             fix = "move it"
-            if np.all((0.001 * low <= crop[1]) & (0.001 * high >= crop[0])):
+            if (high - low).max() > 20 * (crop[1] - crop[0]).max():
                 fix += "; if the file is in millimetres, scale it by 0.001"
             raise SceneError(fault, key=key, file=path, fix=fix)
 
@@ -156,7 +156,9 @@ def sound(vertices: np.ndarray, triangles: np.ndarray, key: str = "", file: obje
         fault = f"mesh runs through itself near {at(found.crossing)}, so that its inside is not certain"
         raise SceneError(fault, key=key, file=file, fix=f"make it one surface without overlaps {BY_HAND}")
     if found.mixed:
-        raise SceneError("some of the mesh's closed parts are inside out", key=key, file=file, fix=f"turn them {BY_HAND}")
+        raise SceneError(
+            "some of the mesh's closed parts are inside out", key=key, file=file, fix=f"turn them {BY_HAND}"
+        )
     return found
 
 

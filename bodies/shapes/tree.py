@@ -153,9 +153,21 @@ def winding(points, corners):
     for i in range(len(points)):
         total = 0.0
         for t in range(len(corners)):
-            ax, ay, az = corners[t, 0, 0] - points[i, 0], corners[t, 0, 1] - points[i, 1], corners[t, 0, 2] - points[i, 2]
-            bx, by, bz = corners[t, 1, 0] - points[i, 0], corners[t, 1, 1] - points[i, 1], corners[t, 1, 2] - points[i, 2]
-            cx, cy, cz = corners[t, 2, 0] - points[i, 0], corners[t, 2, 1] - points[i, 1], corners[t, 2, 2] - points[i, 2]
+            ax, ay, az = (
+                corners[t, 0, 0] - points[i, 0],
+                corners[t, 0, 1] - points[i, 1],
+                corners[t, 0, 2] - points[i, 2],
+            )
+            bx, by, bz = (
+                corners[t, 1, 0] - points[i, 0],
+                corners[t, 1, 1] - points[i, 1],
+                corners[t, 1, 2] - points[i, 2],
+            )
+            cx, cy, cz = (
+                corners[t, 2, 0] - points[i, 0],
+                corners[t, 2, 1] - points[i, 1],
+                corners[t, 2, 2] - points[i, 2],
+            )
             a = np.sqrt(ax * ax + ay * ay + az * az)
             b = np.sqrt(bx * bx + by * by + bz * bz)
             c = np.sqrt(cx * cx + cy * cy + cz * cz)
