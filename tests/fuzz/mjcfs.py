@@ -44,20 +44,21 @@ OUTER = [
 def mjcf(rng: random.Random) -> tuple[str, str]:
     """The text of a scene file and of its body file `b.xml`, right or wrong."""
     root = ET.Element("mujoco")
+    rng.wild = wild = rng.random() < 0.5  # the other half holds what belongs there
     if rng.random() < 0.7:
         ET.SubElement(root, "option", integrator=rng.choice(["implicitfast", "Euler", "RK4", "implicit"]))
     world = ET.SubElement(root, "worldbody")
     names: dict[str, list[str]] = {"body": [], "geom": [], "joint": [], "site": []}
-    for _ in range(rng.choice([0, 1, 1, 1, 2, 3])):
-        _body(rng, world, names, 0)
+    for n in range(rng.choice([0, 1, 1, 1, 1, 1, 2, 2, 3])):
+        _body(rng, world, names, 0, 0.7 * n)
     if rng.random() < 0.3:
         _geom(rng, world, names)
-    for _ in range(rng.choice([0, 0, 1, 2])):
+    for _ in range(rng.choice([0, 1, 2]) if wild else rng.choice([0, 0, 1])):
         _extra(rng, root, names)
-    for _ in range(rng.choice([0, 0, 0, 1, 1, 2])):
+    for _ in range(rng.choice([0, 1, 1, 2]) if wild else 0):
         _mutate(rng, root)
     text = ET.tostring(root, encoding="unicode")
-    if rng.random() < 0.07:
+    if wild and rng.random() < 0.1:
         at = rng.randrange(len(text))
         text = rng.choice([text[:at], text[:at] + text[at + 1 :], text[:at] + rng.choice('<>&"\x00é') + text[at:], ""])
     three = rng.random() < 0.3
@@ -77,7 +78,7 @@ def mjcf(rng: random.Random) -> tuple[str, str]:
     return dumps(data), text
 
 
-def _numbers(rng, count, low=-0.3, high=0.3) -> str:
+def _numbers(rng: random.Random, count, low=-0.3, high=0.3) -> str:
     return " ".join(f"{rng.uniform(low, high):.3f}" for _ in range(count))
 
 
@@ -88,24 +89,30 @@ def _named(rng, names, kind, attributes) -> dict:
     return attributes
 
 
-def _body(rng, parent, names, depth) -> None:
-    attributes = _named(rng, names, "body", {"pos": _numbers(rng, 3)})
+def _body(rng, parent, names, depth, along=0.0) -> None:
+    attributes = _named(rng, names, "body", {"pos": f"{along:g} 0 {rng.uniform(-0.2, 0.2):.3f}"})
+    if depth and rng.random() < 0.7:
+        attributes["pos"] = _numbers(rng, 3)
     if rng.random() < 0.2:
-        attributes[rng.choice(["euler", "quat", "axisangle"])] = _numbers(rng, rng.choice([3, 4]), 0.1, 90)
-    if rng.random() < 0.05:
+        how, count = rng.choice(
+            [("euler", 3), ("quat", 4), ("axisangle", 4), ("euler", 3), ("quat", rng.choice([3, 5]))]
+        )
+        attributes[how] = _numbers(rng, count, 0.1, 90)
+    if rng.wild and rng.random() < 0.05:
         attributes["mocap"] = "true"
     body = ET.SubElement(parent, "body", attributes)
-    for _ in range(rng.choice([0, 1, 1, 1, 2])):
-        kind = rng.choice(["hinge", "slide", "slide", "hinge", "ball", "free"])
+    for _ in range(rng.choice([0, 1, 1, 1, 1, 1, 2] if rng.wild else [1])):
+        kinds = ["hinge", "slide", "slide", "hinge", "slide", "ball"]
+        kind = rng.choice([*kinds, "free"] if rng.wild or not depth else kinds)
         joint = _named(
             rng, names, "joint", {"type": kind, "axis": rng.choice(["0 1 0", "0 0 1", "1 0 0", "0 0 0", "1 1 1"])}
         )
         if rng.random() < 0.3:
-            joint["damping"] = rng.choice(["1", "1000", "-1"])
+            joint["damping"] = rng.choice(["1", "1000", *["-1"] * rng.wild])
         if rng.random() < 0.2:
-            joint |= {"range": rng.choice(["-1 1", "1 -1", "-0.1 0.1"]), "limited": "true"}
+            joint |= {"range": rng.choice(["-1 1", "-0.1 0.1", *["1 -1"] * rng.wild]), "limited": "true"}
         ET.SubElement(body, "joint", joint)
-    for _ in range(rng.choice([0, 1, 1, 2])):
+    for _ in range(rng.choice([0, 1, 1, 1, 1, 2] if rng.wild else [1, 1, 2])):
         _geom(rng, body, names)
     if rng.random() < 0.2:
         ET.SubElement(body, "site", _named(rng, names, "site", {}))
@@ -114,7 +121,8 @@ def _body(rng, parent, names, depth) -> None:
 
 
 def _geom(rng, parent, names) -> None:
-    kind = rng.choice(["box", "box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "mesh", "hfield", "sdf"])
+    usual = ["box", "sphere", "cylinder", "capsule", "ellipsoid"]
+    kind = rng.choice(usual * 4 + ["plane", "mesh", "hfield", "sdf"] * rng.wild)
     count = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3, "plane": 3}.get(kind, 0)
     geom = _named(rng, names, "geom", {"type": kind})
     if count:
@@ -134,9 +142,9 @@ def _extra(rng, root, names) -> None:
     """A section beside the bodies."""
 
     def one(kind: str) -> str:
-        return rng.choice([*names[kind], "nothing"])
+        return rng.choice([*names[kind], "nothing"] if rng.wild or not names[kind] else names[kind])
 
-    kind = rng.choice([*OUTER, "wet", "include", "custom"])
+    kind = rng.choice([*OUTER, "wet", "include", "custom"] if rng.wild else ["actuator", "sensor", "wet", "contact"])
     if kind == "wet":
         wet = ET.SubElement(ET.SubElement(root, "custom"), "tuple", name="wet")
         for _ in range(rng.choice([1, 2])):
