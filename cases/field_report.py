@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 LIMIT = 60.0  # [s] of wall time for the check, and for the run
@@ -152,7 +153,8 @@ def table(answers: Sequence[Answer]) -> Table:
     made = Table("input", "exit", "answer", "check [s]", "run", "speed / sqrt(g H)", "lost")
     for a in answers:
         figures = ["" if math.isnan(x) else f"{x:.3g}" for x in (a.speed, a.lost)]
-        made.add_row(a.name, "-" if a.code is None else str(a.code), a.line, f"{a.seconds:.1f}", a.run, *figures)
+        code = "-" if a.code is None else str(a.code)
+        made.add_row(escape(a.name), code, escape(a.line), f"{a.seconds:.1f}", escape(a.run), *figures)
     return made
 
 

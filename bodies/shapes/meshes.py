@@ -112,6 +112,7 @@ def mesh_solid(
         raise SceneError("holds no triangles", file=path, fix="export it as STL, OBJ or PLY")
     found = sound(vertices, faces, file=path)
     if crop is not None:
+        crop = np.array(crop[0], float), np.array(crop[1], float)
         _check_crop(vertices, crop, key, path, dimension)
     parts = found.parts if found.overlap is not None else [found.outside]
     solids = [solid for part in parts if (solid := _ground(vertices, part, dimension, crop)) is not None]

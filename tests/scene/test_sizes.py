@@ -1,5 +1,6 @@
 """What is too large is refused by number and key before anything is made: counted, not tried."""
 
+import itertools
 import math
 
 import numpy as np
@@ -82,7 +83,7 @@ def test_files_that_are_no_scene_are_refused_at_once(tmp_path):
 def test_thousands_of_blocks_are_compared_at_once(scene_file):
     """Columns of fluid side by side; the last two overlap."""
     edges = np.linspace(0, 5, 3001)
-    blocks = [f"{{min = [{a:.6f}, -0.5], max = [{b:.6f}, 0]}}" for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    blocks = [f"{{min = [{a:.6f}, -0.5], max = [{b:.6f}, 0]}}" for a, b in itertools.pairwise(edges)]
     blocks.append("{min = [4.9991, -0.5], max = [5.5, 0]}")
     answer = refusal(scene_file(f"[fluid]\nblocks = [{', '.join(blocks)}]"))
     assert answer == "pool.toml: fluid.blocks[3000]: overlaps fluid.blocks[2999]; let blocks touch but not overlap"
