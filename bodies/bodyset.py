@@ -63,6 +63,7 @@ class BodySet:
         joints = dict(zip(self.joint_names, self._joints, strict=True))
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
+        sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
         self._round: dict[int, Roundness] = {}
         self._solids, labels, said = self._make_solids(geoms, weighed)

@@ -22,6 +22,7 @@ MOST_DEPTH = 400  # elements one in another
 MOST_VALUES = 10e6  # of a height field or a texture
 MOST_JOINTS = 1000  # degrees of freedom; the fluid answers each by itself, and the mass matrix is dense
 MOST_USER = 1000  # keyframes, and values of the user's own for each element
+SINGULAR = 1e-9  # smallest eigenvalue of the mass matrix over its diagonal; round-off leaves 1e-16
 FREEDOM = {"freejoint": 6, "free": 6, "ball": 3, "hinge": 1, "slide": 1}
 SAMPLING = {2: 12e3, 3: 5e3}  # bytes per boundary particle that the layers under a mesh take while they are laid
 
@@ -107,6 +108,20 @@ def check_model(model: mujoco.MjModel, geoms: Sequence[int], scene: Scene, sourc
     if scene.coupler.scheme == "added_mass" and responses + matrices > have:
         fault = f"{model.nv} degrees of freedom, to each of which the fluid responds: {_of(responses + matrices, have)}"
         raise SceneError(fault, key="bodies", file=source, fix="use fewer joints or a larger spacing")
+
+
+def check_independent(model: mujoco.MjModel, inertia: np.ndarray, source: object) -> None:
+    """Raise SceneError where joints move a body the same way, so that the mass matrix `inertia` (nv, nv) is singular."""
+    scale = np.sqrt(inertia.diagonal())
+    if not len(scale) or not (scale > 0).all() or not np.isfinite(inertia).all():
+        return
+    values, vectors = np.linalg.eigh(inertia / np.outer(scale, scale))
+    if values[0] > SINGULAR:
+        return
+    joints = sorted({int(model.dof_jntid[dof]) for dof in np.argsort(-np.abs(vectors[:, 0]))[:2]})
+    names = " and ".join(repr(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint)) for joint in joints)
+    fault = f"joints {names} move a body the same way at the start, so that the mass matrix is singular"
+    raise SceneError(fault, key="bodies", file=source, fix="remove one of them, or turn its axis")
 
 
 def boundary_particles(model: mujoco.MjModel, geom: int, scene: Scene) -> float:

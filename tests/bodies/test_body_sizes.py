@@ -7,6 +7,7 @@ from fsi.runner import bind
 from fsi.scene.model import Scene
 
 FLOAT = '<body><joint name="heave" type="slide" axis="0 0 1"/><geom name="hull" size="0.2" density="500"/></body>'
+TWICE = FLOAT.replace("<geom", '<joint name="again" type="slide" axis="0 0 1"/><geom')
 SCENE = {"spacing": 0.05, "duration": 0.1, "tank": {"min": (0, -0.6), "max": (2, 0.5)}}
 
 
@@ -47,3 +48,11 @@ def test_sizes_of_files_are_refused(tmp_path, parts, fault):
     with pytest.raises(SceneError) as caught:
         bind(Scene.model_validate(SCENE | {"bodies": {"b": {"mjcf": file, "position": (1, 0, 0)}}}), "s.toml")
     assert fault in str(caught.value)
+
+
+def test_joints_that_move_a_body_the_same_way_are_refused(tmp_path):
+    """Two slides along one axis: the mass matrix is singular, and the first step would fail."""
+    file = tmp_path / "b.xml"
+    file.write_text(f"<mujoco><worldbody>{TWICE}</worldbody></mujoco>")
+    with pytest.raises(SceneError, match="joints 'heave' and 'again' move a body the same way at the start"):
+        bind(Scene.model_validate(SCENE | {"bodies": {"b": {"mjcf": file, "position": (1, 0, 0)}}}), "s.toml")
