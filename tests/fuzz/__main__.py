@@ -22,9 +22,9 @@ def main() -> None:
     arguments = parser.parse_args()
     worker, total, left, bad, longest = Worker(), Counter(), arguments.runs, 0, 0.0
     began = time.perf_counter()
-    half = arguments.runs - arguments.runs // 2
+    most = arguments.runs - arguments.runs // 4  # fewer body files than scenes are accepted
     for kind, count in (("scene", arguments.scenes), ("mjcf", arguments.mjcfs)):
-        share = half if kind == "scene" else left
+        share = most if kind == "scene" else left
         for number in range(arguments.first, arguments.first + count):
             answer = worker.answer(kind, number, arguments.seed, runs=share > 0)
             state = answer["state"]
