@@ -13,17 +13,19 @@ Nearest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # points -> (si
 SHARP = 0.9  # cosine between the normals of two faces that meet in an edge; flatter ones count as smooth
 
 
-def particles(nearest: Nearest, points: np.ndarray, target: float, spacing: float, step: float) -> np.ndarray:
+def particles(nearest: Nearest, shallow: np.ndarray, target: float, spacing: float, step: float) -> np.ndarray:
     """Particles (n, dim) at the depth `target` [m] under two faces or more at once, a spacing apart along edges, and in
-    the first layer those between them and the tip of an acute edge. `points` (m, dim): a lattice of size `step`."""
-    shallow = _beside_edge(nearest, points, target)
-    per = max(1, round(8 * step / spacing))
-    part = (np.indices([per] * points.shape[1]).reshape(points.shape[1], -1).T + 0.5) / per - 0.5
-    shallow = (shallow[:, None] + part * step).reshape(-1, points.shape[1])
+    the first layer those between them and the tip of an acute edge. `shallow` (m, dim): those points of a lattice of size
+    `step` that, moved along the normal to that depth under the nearest face, are not as deep under another."""
+    if len(shallow) == 0:
+        return shallow
+    per, dim = max(1, round(8 * step / spacing)), shallow.shape[1]
+    part = (np.indices([per] * dim).reshape(dim, -1).T + 0.5) / per - 0.5
+    shallow = (shallow[:, None] + part * step).reshape(-1, dim)
     place, faces = _meet(nearest, shallow, target)
-    corners = thinning.apart(place[faces == points.shape[1]], 0.7 * spacing, place[:0])
+    corners = thinning.apart(place[faces == dim], 0.7 * spacing, place[:0])
     chosen = corners
-    if points.shape[1] == 3:
+    if dim == 3:
         chosen = _row(nearest, place[faces == 2], corners, spacing, (0.99 * target, 1.01 * target))
     if target < spacing:
         depth, away = -nearest(shallow)[0], np.linalg.norm(place - shallow, axis=1) / spacing
@@ -47,15 +49,6 @@ def _row(
         good = (depth > between[0]) & (depth < between[1])
         chosen[len(fixed) :][good] = centre[good]
     return chosen
-
-
-def _beside_edge(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:
-    """Those of the points (n, dim) that, moved along the normal to the depth `target` [m] under the nearest face, are
-    not as deep under another."""
-    distance, foot = nearest(points)
-    points, distance, foot = (x[(distance < 0) & (distance > -target)] for x in (points, distance, foot))
-    moved = foot + target * inward(points, foot, distance)
-    return points[nearest(moved)[0] > -0.99 * target]
 
 
 def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
