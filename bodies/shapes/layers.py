@@ -12,10 +12,11 @@ import numpy as np
 from bodies.shapes import edges, thinning
 from bodies.shapes.edges import Nearest, inward
 
-SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a gap spreads slowly
+SETTLING = {2: 60, 3: 4}  # passes that even the distances out; along a line a gap spreads slowly
 STILL = {2: 0.0, 3: 0.05}  # spacings to the middle of its neighbours from which on a particle stays
+FINE = {2: 8, 3: 2}  # steps of the lattice in a spacing
 NARROW, PARTINGS = 0.8, 6  # spacings that particles of a layer in space keep from each other, and passes for that
-PARTS = {2: 4, 3: 2}  # of a candidate, strewn over its cell, by which those nearest to a particle are told
+PARTS = {2: 4, 3: 1}  # of a candidate, strewn over its cell, by which those nearest to a particle are told
 HOLE = (
     0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
 )
@@ -32,7 +33,7 @@ def under(
     faces around them. Where the solid is too thin for a layer they end half way through it: the first layer then counts
     by area, deeper ones are left out. `finest` [m] is a lattice that resolves the thinnest part.
     """
-    step = min(spacing / (2 if len(lower) == 3 else 8), finest)
+    step = min(spacing / FINE[len(lower)], finest)
     points, distance, foot = near(nearest, lower, upper, layers * spacing, step)
     depth = -distance
     parts = []
@@ -126,7 +127,13 @@ def _close_holes(
 
 
 def _settle(
-    nearest: Nearest, chosen: np.ndarray, loose: np.ndarray, parts: np.ndarray, target: float, spacing: float, passes: int
+    nearest: Nearest,
+    chosen: np.ndarray,
+    loose: np.ndarray,
+    parts: np.ndarray,
+    target: float,
+    spacing: float,
+    passes: int,
 ) -> np.ndarray:
     """The `chosen` particles (k, dim), those with the numbers `loose` (m,) moved to the middle of those of the `parts` (n, dim)
     of the layer that are nearest to them, step by step (Lloyd 1982)."""
