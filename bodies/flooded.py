@@ -66,7 +66,10 @@ def held(solids: Sequence[Placed], scene: Scene) -> Held | None:
     core = way & ~reached
     if not core.any():
         return None
-    return Held(core | (_grown(core) & free & ~_grown(reached)), first, spacing)
+    inside, beside = core, free & ~_grown(reached)
+    for _ in range(len(count)):  # up to the body's faces, and into its corners
+        inside = inside | (_grown(inside) & beside)
+    return Held(inside, first, spacing)
 
 
 def _wet(points: np.ndarray, scene: Scene) -> np.ndarray:

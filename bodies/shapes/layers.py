@@ -184,8 +184,13 @@ def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, s
 
 def deepest(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, spacing: float, finest: float) -> float:
     """Radius of the largest ball inside a closed surface [m], but not more than 1.25 spacings."""
-    points, distance, foot = near(nearest, lower, upper, 1.5 * spacing, min(spacing / 2, finest))
-    return float(_slide(nearest, points, 1.25 * spacing, distance, foot)[1].max()) if len(points) else 0.0
+    radius, enough = 0.0, 1.25 * spacing
+    for step in (spacing, min(spacing / 2, finest)) if len(lower) == 3 else (min(spacing / 2, finest),):
+        points, distance, foot = near(nearest, lower, upper, 1.5 * spacing, step)
+        radius = float(_slide(nearest, points, enough, distance, foot)[1].max()) if len(points) else 0.0
+        if radius > 0.99 * enough:
+            break
+    return radius
 
 
 def _slide(

@@ -142,10 +142,8 @@ def test_millimetres_are_told_before_anything_is_sampled(make):
 
 def barge(wall=0.05):
     """A box open at the top, of one mesh."""
-    outer, inner = box((0.6, 0.4, 0.4)), box((0.6 - 2 * wall, 0.4 - 2 * wall, 0.4), (0, 0, wall))
     outline = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
     rings = [outline * [0.6, 0.4], outline * [0.6 - 2 * wall, 0.4 - 2 * wall]]
-    del outer, inner
     heights = [(0, -0.2), (0, 0.2), (1, 0.2), (1, -0.2 + wall)]
     points = np.vstack([np.column_stack([rings[r], np.full(4, z)]) for r, z in heights])
     faces = [[0, 2, 1], [0, 3, 2], [12, 13, 14], [12, 14, 15]]
