@@ -7,6 +7,7 @@ import numpy as np
 
 from bodies import checks, messages, pto, sensors, sizes
 from bodies.conditions import conditions
+from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.reach import Reach
@@ -71,6 +72,8 @@ class BodySet:
         notes += said
         notes += checks.check_inside(self._solids, labels, self.names, scene, source)
         self._gaps = self._make_gaps(scene, geoms, source)
+        self._held, said = self._make_held(scene)
+        notes += said
         self._round = self._find_round(geoms)
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
@@ -97,8 +100,9 @@ class BodySet:
         return self._stepper.penetration.limits(), self._stepper.penetration.depth
 
     def solids(self) -> list[tuple[int, Placed]]:
-        """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
-        return list(self._solids)
+        """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body; and for the
+        inside of bodies that start dry."""
+        return [*self._solids, *((0, held) for held in self._held)]
 
     def gaps(self) -> list[tuple[int, Gap]]:
         """(owner, gap) for every body with fluid glued to it."""
@@ -264,6 +268,25 @@ class BodySet:
                     if self.model.geom_bodyid[geom] == self._bodies[b]:
                         self.model.geom_margin[geom] = file.glued_layers * scene.spacing
         return gaps
+
+    def _make_held(self, scene: Scene) -> tuple[list[Held], list[str]]:
+        """The insides of open bodies that the scene wants dry, and notes on those that hold water."""
+        found, notes = [], []
+        for key, file in scene.bodies.items():
+            prefix, wanted = f"{key}/" if len(scene.bodies) > 1 else "", len(found)
+            for b, name in enumerate(self.names):
+                own = [solid for owner, solid in self._solids if owner == 2 + b] if name.startswith(prefix) else []
+                if (inside := held(own, scene)) is None:
+                    continue
+                if file.dry_inside:
+                    found.append(inside)
+                    continue
+                size = f"{inside.volume:.3g} {'m2' if self.dimension == 2 else 'm3'}"
+                fix = f"set bodies.{key}.dry_inside = true to leave it out"
+                notes.append(f"body {name!r} starts with {size} of water inside, cut off from the rest; {fix}")
+            if file.dry_inside and len(found) == wanted:
+                notes.append(f"bodies.{key}.dry_inside has no effect: the body holds no water at the start")
+        return found, notes
 
     def _find_round(self, geoms: list[int]) -> dict[int, Roundness]:
         """The round bodies by number; fluid that is glued to one turns with it, so that it does not count."""

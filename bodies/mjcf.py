@@ -10,13 +10,19 @@ import numpy as np
 from bodies import joining, reading
 from bodies.messages import listening
 from bodies.reading import one_line
-from bodies.shapes.meshes import open_edges
 from bodies.world import Start
 from fsi.errors import SceneError
 from fsi.scene.model import BodyFile
 
 OFF = 2e-6  # m; MuJoCo overlooks a micrometre
 LEAST_FRICTION = 1e-3
+ANEW = "python -c \"import trimesh; m = trimesh.load_mesh('FILE'); {}m.export('FILE')\""
+FIXES = {  # what an error of MuJoCo's compiler says -> the way out
+    "mass and inertia": "give its geoms mass or density",
+    "ASCII": f"save it as binary STL of at most 200000 triangles, of an ASCII file by: {ANEW.format('')}",
+    "volume is negative": f"turn its triangles outwards: {ANEW.format('m.invert(); ')}",
+    "inconsistent orientation": "turn its triangles to one side in a CAD or mesh program (Blender: Mesh > Normals)",
+}
 GEOM = mujoco.mjtObj.mjOBJ_GEOM
 
 
@@ -48,12 +54,17 @@ def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
     whole = joining.join(parts, source) if several else next(iter(parts.values()))
     whole.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # else an unstable run would start over
     weighed = {geom.name for geom in whole.geoms if np.isnan(geom.mass) and not geom.parent.explicitinertial}
-    model = _compile(whole, path)
+    exact = _count_meshes_exactly(whole)
+    try:
+        model = _compile(whole, path)
+    except SceneError:  # of an open mesh, which is refused below with more to go by
+        for mesh in exact:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY
+        exact, model = [], _compile(whole, path)
+    if exact:
+        notes.append("mesh geoms: mass and inertia by exact integration (inertia='exact')")
     if several and joining.keep_inertia(whole, model, alone):
         model = _compile(whole, path)
-    if _count_meshes_exactly(whole, model):
-        model = _compile(whole, path)
-        notes.append("mesh geoms: mass and inertia by exact integration (inertia='exact')")
     if several:
         joining.check_same(model, alone, files, source)
     if _make_room(whole, model):
@@ -116,20 +127,17 @@ def _compile(spec: mujoco.MjSpec, path: object) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        fix = "give its geoms mass or density" if "mass and inertia" in str(error) else "correct the MJCF"
-        raise SceneError(one_line(error), file=path, fix=fix) from None
+        known = (fix for sign, fix in FIXES.items() if sign in str(error))
+        raise SceneError(one_line(error), file=path, fix=next(known, "correct the MJCF")) from None
 
 
-def _count_meshes_exactly(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
-    """Ask for exact inertia of every mesh that gives mass by MuJoCo's default rule, which overcounts concave meshes.
-    Meshes that are not watertight are left alone: exact integration refuses them with less to go by."""
-    changed = False
-    for mesh in spec.meshes:
-        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
-        if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY and open_edges(*mesh_arrays(model, index)) == 0:
-            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
-            changed = True
-    return changed
+def _count_meshes_exactly(spec: mujoco.MjSpec) -> list[mujoco.MjsMesh]:
+    """Ask for exact inertia of every mesh that would give mass by MuJoCo's default rule, which overcounts concave meshes;
+    returns those meshes."""
+    legacy = [mesh for mesh in spec.meshes if mesh.inertia == mujoco.mjtMeshInertia.mjMESH_INERTIA_LEGACY]
+    for mesh in legacy:
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+    return legacy
 
 
 def _without_friction(model: mujoco.MjModel) -> list[str]:

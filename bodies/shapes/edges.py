@@ -67,13 +67,26 @@ def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarr
         slope = np.einsum("nik,nk->ni", normal[rest, :k], normal[rest, k])
         rest = rest[np.all(slope < SHARP, axis=1)]
         short = level[rest, : k + 1] - np.einsum("nik,nk->ni", normal[rest, : k + 1], place[rest])
-        back = np.linalg.pinv(normal[rest, : k + 1], rcond=1e-3)
-        place[rest] += np.einsum("nki,ni->nk", back, short)
+        place[rest] += _least(normal[rest, : k + 1], short)
         there = np.abs(nearest(place[rest])[0] + target) < 0.01 * target
         faces[rest[there]] = k + 1
         rest = rest[~there]
     faces[faces < 2] = 0
     return place, faces
+
+
+def _least(normal: np.ndarray, short: np.ndarray) -> np.ndarray:
+    """The shortest moves (n, dim) by `short` (n, k) along k unit normals (n, k, dim) at once; none where these lie in a
+    plane."""
+    if normal.shape[2] == 2:
+        return np.einsum("nki,ni->nk", np.linalg.pinv(normal, rcond=1e-3), short)
+    if normal.shape[1] == 1:
+        return short * normal[:, 0]
+    gram = normal @ normal.transpose(0, 2, 1)
+    flat = np.linalg.det(gram) < 1e-6  # normals in one plane
+    gram[flat] += np.eye(gram.shape[1])
+    moves = np.einsum("nik,ni->nk", normal, np.linalg.solve(gram, short[..., None])[..., 0])
+    return np.where(flat[:, None], 0.0, moves)
 
 
 def inward(points: np.ndarray, foot: np.ndarray, distance: np.ndarray) -> np.ndarray:

@@ -12,10 +12,11 @@ import numpy as np
 from bodies.shapes import edges, thinning
 from bodies.shapes.edges import Nearest, inward
 
-SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a gap spreads slowly
+SETTLING = {2: 60, 3: 4}  # passes that even the distances out; along a line a gap spreads slowly
 STILL = {2: 0.0, 3: 0.05}  # spacings to the middle of its neighbours from which on a particle stays
+FINE = {2: 8, 3: 2}  # steps of the lattice in a spacing
 NARROW, PARTINGS = 0.8, 6  # spacings that particles of a layer in space keep from each other, and passes for that
-PARTS = {2: 4, 3: 2}  # of a candidate, strewn over its cell, by which those nearest to a particle are told
+PARTS = {2: 4, 3: 1}  # of a candidate, strewn over its cell, by which those nearest to a particle are told
 HOLE = (
     0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
 )
@@ -32,7 +33,7 @@ def under(
     faces around them. Where the solid is too thin for a layer they end half way through it: the first layer then counts
     by area, deeper ones are left out. `finest` [m] is a lattice that resolves the thinnest part.
     """
-    step = min(spacing / (2 if len(lower) == 3 else 8), finest)
+    step = min(spacing / FINE[len(lower)], finest)
     points, distance, foot = near(nearest, lower, upper, layers * spacing, step)
     depth = -distance
     parts = []
@@ -183,8 +184,13 @@ def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, s
 
 def deepest(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, spacing: float, finest: float) -> float:
     """Radius of the largest ball inside a closed surface [m], but not more than 1.25 spacings."""
-    points, distance, foot = near(nearest, lower, upper, 1.5 * spacing, min(spacing / 2, finest))
-    return float(_slide(nearest, points, 1.25 * spacing, distance, foot)[1].max()) if len(points) else 0.0
+    radius, enough = 0.0, 1.25 * spacing
+    for step in (spacing, min(spacing / 2, finest)) if len(lower) == 3 else (min(spacing / 2, finest),):
+        points, distance, foot = near(nearest, lower, upper, 1.5 * spacing, step)
+        radius = float(_slide(nearest, points, enough, distance, foot)[1].max()) if len(points) else 0.0
+        if radius > 0.99 * enough:
+            break
+    return radius
 
 
 def _slide(

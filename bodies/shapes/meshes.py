@@ -168,12 +168,6 @@ def at(point: np.ndarray) -> str:
     return "(" + ", ".join(f"{x:.4g}" for x in point) + ") m"
 
 
-def open_edges(vertices: np.ndarray, triangles: np.ndarray) -> int:
-    """Number of edges that do not join exactly two triangles, vertices (n, 3) at one place counted as one."""
-    _, count = np.unique(_number(np.sort(_edges(vertices, triangles), axis=1)), return_counts=True)
-    return int((count != 2).sum())
-
-
 def check_closed(vertices: np.ndarray, triangles: np.ndarray, key: str = "", file: object = "") -> None:
     """Raise SceneError unless the mesh encloses a volume and its triangles agree on which side that is."""
     edges = _edges(vertices, triangles)

@@ -9,17 +9,30 @@ from numba import njit
 def thin_to(points: np.ndarray, fixed: np.ndarray, wanted: float, spacing: float) -> np.ndarray:
     """Some of the points (n, dim), as evenly spread as a greedy choice gets them: about `wanted` together with the
     `fixed` ones (k, dim), which they keep away from."""
+    if points.shape[1] == 3 and len(fixed):
+        points = points[distances(points, fixed, spacing) > 0.75 * spacing]
     both, first = np.vstack([fixed, points]), len(fixed)
     if len(both) <= 1:
         return points
     low, high = 0.3 * spacing, 1.3 * spacing
+    radius = (low + high) / 2
     for _ in range(12):
-        radius = (low + high) / 2
         kept = _apart(both, radius, first)
         if abs(kept.sum() - wanted) <= 0.005 * wanted:
             break
         low, high = (radius, high) if kept.sum() > wanted else (low, radius)
+        radius = _next_radius(radius, kept.sum() - len(fixed), wanted - len(fixed), low, high, points.shape[1])
     return points[kept[first:]]
+
+
+def _next_radius(radius: float, kept: int, wanted: float, low: float, high: float, dim: int) -> float:
+    """In space a layer holds as many as go with the inverse square of the radius; else, and where that leads out of the
+    bounds, the middle between them."""
+    if dim == 3 and wanted > 0:
+        guess = radius * np.sqrt(kept / wanted)
+        if low < guess < high:
+            return guess
+    return (low + high) / 2
 
 
 def apart(points: np.ndarray, radius: float, fixed: np.ndarray) -> np.ndarray:
@@ -92,7 +105,7 @@ def _search(points, chosen, reach, same):
         return np.full(len(points), -1), np.full(len(points), reach * reach)
     deep = [(0, 3 - points.shape[1])]  # a plane is a space one cell thick
     points, chosen = (np.pad(np.ascontiguousarray(x), ((0, 0), *deep)) for x in (points, chosen))
-    size, low = reach / 2, chosen.min(axis=0)
+    size, low = reach if same else 0.75 * reach, chosen.min(axis=0)
     count = np.floor((chosen.max(axis=0) - low) / size).astype(np.int64) + 1
     while count.prod() > 8 * len(chosen) + 4096:  # a sparse cloud: larger cells
         size *= 1.5
@@ -106,8 +119,8 @@ def _search(points, chosen, reach, same):
 
 @njit(cache=True)
 def _nearest(points, chosen, order, start, low, count, size, reach, same):
-    """`_search` in cells of a size of half the reach or more: first those around a point, then all within reach. `chosen` are
-    sorted by cell."""
+    """`_search` in cells of three quarters of the reach or more: first those around a point, then all within reach. `chosen`
+    are sorted by cell."""
     owner, best = np.full(len(points), -1), np.full(len(points), reach * reach)
     far = int(np.ceil(reach / size))
     for i in range(len(points)):

@@ -127,5 +127,7 @@ def test_crop_leaves_out_what_lies_far_from_the_tank(dim, tmp_path):
     assert np.all((points >= low) & (points <= high)) and len(points) == pytest.approx(within.sum(), rel=0.03)
     assert cKDTree(points).query(whole[within])[0].max() < S
     assert solid.clearance(np.full((1, dim), 0.1)) == pytest.approx(-0.1)
-    with pytest.raises(SceneError, match=r"lies beside the tank: x = -1 to 1 m where the tank .* 4.7 to 5.3 m; move it"):
+    with pytest.raises(
+        SceneError, match=r"lies beside the tank: x = -1 to 1 m where the tank .* 4.7 to 5.3 m; move it"
+    ):
         mesh_solid(tmp_path / "bed.stl", dim, crop=(low + 5, high + 5))
