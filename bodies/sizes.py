@@ -12,8 +12,8 @@ import numpy as np
 
 from fsi.compute.memory import free_memory
 from fsi.errors import SceneError
-from fsi.scene.check import fluid_volume
 from fsi.scene.check_size import BYTES_PER_PARTICLE, fluid_particles
+from fsi.scene.geometry import fluid_volume
 from fsi.scene.model import Scene
 
 MOST_BYTES = 50e6  # of an MJCF file

@@ -12,9 +12,8 @@ from pydantic import BaseModel
 
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, Solid
-from fsi.scene.check_liquids import all_blocks
+from fsi.scene.geometry import all_blocks
 from fsi.scene.model import ACCURACY, Numerics, Output, Scene
-from fsi.waves import TablePiston
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 
@@ -77,6 +76,8 @@ def _instruments(scene: Scene, part) -> str:
 
 
 def _table_starts_late(scene: Scene, part) -> str:
+    from fsi.waves.kinds.table import TablePiston
+
     try:
         first = TablePiston(part.file).t[0]
     except SceneError:  # told of as a file

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from fsi.compute.memory import free_memory
 from fsi.compute.team import available_threads
-from fsi.scene.check_waves import Fault
 from fsi.scene.model import Scene
+from fsi.waves.kind import Fault
 
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 DOUBLE = 1.6  # of it in double-precision sweeps

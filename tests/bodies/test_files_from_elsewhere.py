@@ -96,8 +96,8 @@ def test_a_key_of_joints_and_actuators_beside_another_file(make):
 def test_compiler_settings_of_a_file_hold_beside_another(make, compiler, inertial):
     """Each file has settings of its own, and default classes that the other names too."""
     text = f"""<compiler {compiler}/>{OPTION}<default><geom density="500"/><default class="part"><joint damping="3"/>
-    </default></default><worldbody><body name="b" euler="0 0.3 0.2"><joint name="j" class="part" axis="0 1 0" range="-1 1"  # noqa: E501
-    limited="true"/>
+    </default></default><worldbody><body name="b" euler="0 0.3 0.2"><joint name="j" class="part" axis="0 1 0"
+    range="-1 1" limited="true"/>
     {inertial}<geom name="g" type="box" size=".1 .12 .14" euler="10 0 3"/></body></worldbody>"""
     plain = text.replace(compiler, "").replace('damping="3"', 'damping="5"').replace(inertial, "")
     alone = make(a=(text, (0, 0, 0)))

@@ -11,8 +11,9 @@ from fsi.errors import SceneError
 from fsi.particles.cells import Grid
 from fsi.particles.layout import build
 from fsi.scene import check_size
-from fsi.scene.check import fluid_volume, scene_warnings
+from fsi.scene.check import scene_warnings
 from fsi.scene.file import load_scene
+from fsi.scene.geometry import fluid_volume
 
 BLOCK = "[[fluid.blocks]]\nmin = [0, -0.5]\nmax = [1, 0]\n"
 
