@@ -5,19 +5,21 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from bodies import checks, pto, sensors
+from bodies import checks, messages, pto, sensors, sizes
 from bodies.conditions import conditions
+from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
-from bodies.mjcf import GEOM, load_model, moves, name_of, start_from_keyframe, wet_geoms
+from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
 from bodies.shapes.gap import Gap, between
 from bodies.shapes.primitives import Placed
 from bodies.stepper import Stepper
+from bodies.world import start_from_keyframes
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, WALL
 from fsi.protocols import BodyMotion, Visual
-from fsi.scene.model import Scene, Tank
+from fsi.scene.model import Scene
 
 BODY, JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
 SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -25,9 +27,7 @@ SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 def load(scene: Scene, source: object = "scene.toml") -> BodySet:
     """The bodies of a scene, checked against its spacing and tank. Raises SceneError, which calls it `source`."""
-    bodies = BodySet(scene, source)
-    bodies.check_inside(scene.tank)
-    return bodies
+    return BodySet(scene, source)
 
 
 class BodySet:
@@ -42,12 +42,13 @@ class BodySet:
     def __init__(self, scene: Scene, source: object = "scene.toml"):
         self.dimension, self._source = scene.dimension, source
         self._spacing, self._layers = scene.spacing, scene.layers
-        self.model, notes = load_model(scene.bodies, scene.gravity, source)
+        self.model, starts, weighed, notes = load_model(scene.bodies, scene.gravity, source)
         self.data = mujoco.MjData(self.model)
         self._motion: tuple[list[bytes] | None, BodyMotion | None] = (None, None)
-        start_from_keyframe(self.model, self.data)
+        start_from_keyframes(self.model, self.data, starts)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
+        sizes.check_model(model, geoms, scene, source)
         self._bodies = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )
@@ -64,12 +65,16 @@ class BodySet:
         joints = dict(zip(self.joint_names, self._joints, strict=True))
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
+        sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
         self._round: dict[int, Roundness] = {}
-        self._solids = self._make_solids(geoms)
+        self._solids, labels, said = self._make_solids(geoms, weighed)
+        notes += said
+        notes += checks.check_inside(self._solids, labels, self.names, scene, source)
         self._gaps = self._make_gaps(scene, geoms, source)
+        self._held, said = self._make_held(scene)
+        notes += said
         self._round = self._find_round(geoms)
-        labels = [name_of(model, GEOM, g) for g in geoms]
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
         checks.check_contacts(model, self.data, scene.spacing, source)
@@ -82,7 +87,8 @@ class BodySet:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was decided for the user, up to now."""
-        return self._notes + tuple(self._stepper.notes.values()) + self._stepper.penetration.notes + self._reach.notes
+        steps = (*self._stepper.notes.values(), *self._stepper.penetration.notes, *self._reach.notes)
+        return self._notes + steps + tuple(messages.of_run(self.data))
 
     @property
     def unsettled(self) -> int:
@@ -94,16 +100,13 @@ class BodySet:
         return self._stepper.penetration.limits(), self._stepper.penetration.depth
 
     def solids(self) -> list[tuple[int, Placed]]:
-        """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body."""
-        return list(self._solids)
+        """(owner, solid) for every wet geom in its initial pose: owner 0 is a fixed wall, 2 + b the b-th body; and for the
+        inside of bodies that start dry."""
+        return [*self._solids, *((0, held) for held in self._held)]
 
     def gaps(self) -> list[tuple[int, Gap]]:
         """(owner, gap) for every body with fluid glued to it."""
         return list(self._gaps)
-
-    def check_inside(self, tank: Tank) -> None:
-        """Raise SceneError for a body whose boundary lies outside the tank."""
-        checks.check_inside(self._solids, self.names, tank, self._spacing, self._layers, self._source)
 
     def motion(self) -> BodyMotion:
         """Poses, twists and jacobians of the wet bodies at their centres of mass, see `BodyMotion`; found once a state."""
@@ -231,16 +234,24 @@ class BodySet:
             raise SceneError(fault, key="bodies", file=self._source, fix=fix)
         return self._joints[self.joint_names.index(name)]
 
-    def _make_solids(self, geoms: list[int]) -> list[tuple[int, Placed]]:
-        """Solids of the wet geoms, each trimmed by the earlier ones of its owner."""
-        solids = []
+    def _make_solids(
+        self, geoms: list[int], weighed: set[str]
+    ) -> tuple[list[tuple[int, Placed]], list[str], list[str]]:
+        """Solids of the wet geoms, each trimmed by the earlier ones of its owner, their names, and notes."""
+        solids, labels, notes = [], [], []
         for geom in geoms:
-            body = self.model.geom_bodyid[geom]
-            owner = FIRST_BODY + int(np.searchsorted(self._bodies, body)) if moves(self.model, body) else WALL
-            solid = place(self.model, self.data, geom, self.dimension, self._source)
-            solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
-            solids.append((owner, solid))
-        return solids
+            body, label = self.model.geom_bodyid[geom], name_of(self.model, GEOM, geom)
+            moving = moves(self.model, body)
+            owner = FIRST_BODY + int(np.searchsorted(self._bodies, body)) if moving else WALL
+            heavy = moving and label in weighed
+            parts, said = place(self.model, self.data, geom, self.dimension, heavy, self._source)
+            notes += said
+            for solid in parts:
+                solid.name = label
+                solid.others = tuple(other for its_owner, other in solids if its_owner == owner)
+                solids.append((owner, solid))
+                labels.append(label)
+        return solids, labels, notes
 
     def _make_gaps(self, scene: Scene, geoms: list[int], source: object) -> list[tuple[int, Gap]]:
         """The glued layers that the scene asks for. Contacts keep the bodies that far from what they touch."""
@@ -257,6 +268,25 @@ class BodySet:
                     if self.model.geom_bodyid[geom] == self._bodies[b]:
                         self.model.geom_margin[geom] = file.glued_layers * scene.spacing
         return gaps
+
+    def _make_held(self, scene: Scene) -> tuple[list[Held], list[str]]:
+        """The insides of open bodies that the scene wants dry, and notes on those that hold water."""
+        found, notes = [], []
+        for key, file in scene.bodies.items():
+            prefix, wanted = f"{key}/" if len(scene.bodies) > 1 else "", len(found)
+            for b, name in enumerate(self.names):
+                own = [solid for owner, solid in self._solids if owner == 2 + b] if name.startswith(prefix) else []
+                if (inside := held(own, scene)) is None:
+                    continue
+                if file.dry_inside:
+                    found.append(inside)
+                    continue
+                size = f"{inside.volume:.3g} {'m2' if self.dimension == 2 else 'm3'}"
+                fix = f"set bodies.{key}.dry_inside = true to leave it out"
+                notes.append(f"body {name!r} starts with {size} of water inside, cut off from the rest; {fix}")
+            if file.dry_inside and len(found) == wanted:
+                notes.append(f"bodies.{key}.dry_inside has no effect: the body holds no water at the start")
+        return found, notes
 
     def _find_round(self, geoms: list[int]) -> dict[int, Roundness]:
         """The round bodies by number; fluid that is glued to one turns with it, so that it does not count."""

@@ -11,10 +11,12 @@ from bodies.mjcf import GEOM, name_of
 from bodies.shapes.primitives import Placed
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, WALL
-from fsi.scene.model import Tank
+from fsi.scene.model import Scene
 
 DEEP = 0.1  # spacings that two geoms may stand in each other at the start
 ACROSS = 4  # particles across the largest extent of a body, at least
+FAR = 20  # times the tank's length, from which on a size must be in another unit
+MILLIMETRES = 'MJCF is in metres; a mesh in millimetres takes scale="0.001 0.001 0.001" in its <mesh>'
 
 Owned = Sequence[tuple[int, Placed]]
 
@@ -87,23 +89,35 @@ def check_solids(
     return notes
 
 
-def check_inside(solids: Owned, names: Sequence[str], tank: Tank, spacing: float, layers: int, source: object) -> None:
-    """Raise SceneError for a body that reaches beyond the tank, to a hundredth of the spacing."""
+def check_inside(solids: Owned, labels: Sequence[str], names: Sequence[str], scene: Scene, source: object) -> list[str]:
+    """Raise SceneError for a body that reaches beyond the tank, to a hundredth of the spacing, and where no fixed solid
+    meets it; notes on the other fixed ones that do not. It looks at bounds alone, before anything is sampled."""
+    tank, slack = scene.tank, 0.01 * scene.spacing
     low, high = np.array(tank.min), np.array(tank.max)
-    axes = tank.axes
-    for owner, solid in solids:
+    apart, met = {}, False
+    for label, (owner, solid) in zip(labels, solids, strict=True):
+        least, most = solid.bounds()
         if owner == WALL:
+            margin = scene.layers * scene.spacing
+            beside = np.flatnonzero((least > high + margin) | (most < low - margin))
+            met = met or not beside.size
+            for k in beside[:1]:
+                where = f"{tank.axes[k]} = {least[k]:.4g} to {most[k]:.4g} m"
+                apart[label] = f"lies outside the tank: {where} where the tank has {low[k]:g} to {high[k]:g} m"
             continue
-        points = solid.sampled(spacing, layers)
-        least, most = points.min(axis=0) - spacing / 2, points.max(axis=0) + spacing / 2
-        slack = 0.01 * spacing
-        for k, axis in enumerate(axes):
+        for k, axis in enumerate(tank.axes):
             if least[k] < low[k] - slack or most[k] > high[k] + slack:
                 end, wall = (least[k], low[k]) if least[k] < low[k] - slack else (most[k], high[k])
-                name = names[owner - 2]
+                name = names[owner - FIRST_BODY]
                 fault = f"body {name!r} reaches {axis} = {end:.4g} m, beyond the tank's {axis} = {wall:.4g} m"
                 fix = "move it with bodies.NAME.position, or enlarge the tank"
+                if (most - least).max() > FAR * (high - low).max():
+                    fix = f"geom {label!r} is {(most - least).max():.4g} m long: {MILLIMETRES}"
                 raise SceneError(fault, key="bodies", file=source, fix=fix)
+    if apart and not met:
+        label, fault = next(iter(apart.items()))
+        raise SceneError(fault, key=f"geom {label!r}", file=source, fix="move it with bodies.NAME.position")
+    return [f"geom {label!r} {fault}, and has no effect" for label, fault in apart.items()]
 
 
 def _thin(label: str, solid: Placed, spacing: float) -> list[str]:

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from bodies.mjcf import GEOM, mesh_arrays, name_of
-from bodies.shapes.meshes import check_closed, mesh, polygon, section
+from bodies.shapes.meshes import BY_HAND, at, mesh, polygon, section, sound
 from bodies.shapes.primitives import Box, Capsule, Cylinder, Disc, Placed, Shape
 from fsi.errors import SceneError
 
@@ -34,24 +34,59 @@ def triangles(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray]
     return np.array(solid.vertices), np.array(solid.faces)
 
 
-def place(model: mujoco.MjModel, data: mujoco.MjData, geom: int, dimension: int, source: object) -> Placed:
-    """A wet geom as a solid in its present pose; in two dimensions its section by the plane y = 0.
+def place(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, dimension: int, weighed: bool, source: object
+) -> tuple[list[Placed], list[str]]:
+    """A wet geom as a solid in its present pose, in two dimensions its section by the plane y = 0; one solid for each part of
+    a mesh whose parts overlap. Also notes. `weighed`: MuJoCo takes its mass from its density.
 
-    Raises SceneError for a geom without volume, an open mesh, and a geom that the plane y = 0 misses.
+    Raises SceneError for a geom without volume, a mesh that is no solid, and a geom that the plane y = 0 misses.
     """
     key = f"geom {name_of(model, GEOM, geom)!r}"
-    surface = triangles(model, geom)
+    surface, notes = triangles(model, geom), []
     if surface is None:
         kind = TYPE(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
         raise SceneError(f"type {kind} cannot be wet", key=key, file=source, fix="use a box or a mesh")
-    check_closed(*surface, key=key, file=source)
+    surfaces = [surface]
+    if model.geom_type[geom] == TYPE.mjGEOM_MESH:
+        surfaces, notes = _parts(model, geom, surface, weighed, key, source)
     position, rotation = data.geom_xpos[geom].copy(), data.geom_xmat[geom].reshape(3, 3).copy()
     if dimension == 3:
-        return Placed(_solid(model, geom, surface), position, rotation)
-    placed = _slice(model, geom, position, rotation) or _section(surface, position, rotation)
-    if placed is None:
+        return [Placed(_solid(model, geom, part), position, rotation) for part in surfaces], notes
+    if (round_or_box := _slice(model, geom, position, rotation)) is not None:
+        return [round_or_box], notes
+    placed = [cut for part in surfaces if (cut := _section(part, position, rotation)) is not None]
+    if not placed:
         raise SceneError("does not meet the plane y = 0 of the 2D scene", key=key, file=source, fix="move it along y")
-    return placed
+    return placed, notes
+
+
+def _parts(model: mujoco.MjModel, geom: int, surface: tuple, weighed: bool, key: str, source: object):
+    """The surfaces of a mesh geom that meet the fluid, and notes on those that do not."""
+    mesh_id = model.geom_dataid[geom]
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh_id])
+    vertices = surface[0] @ turn.reshape(3, 3).T + model.mesh_pos[mesh_id]  # as in its file
+    found = sound(vertices, surface[1], key, source)
+    twice = found.overlap is not None or found.twice > 0.0
+    if twice and weighed:
+        where = f" near {at(found.overlap)}" if found.overlap is not None else ""
+        fault = f"parts of its mesh overlap{where}: mass and inertia by density would count what they share twice"
+        fix = f"unite them {BY_HAND}, or give the geom mass=, or its body an <inertial>"
+        raise SceneError(fault, key=key, file=source, fix=fix)
+    notes = []
+    if twice:
+        notes.append(
+            f"{key}: parts of its mesh overlap and are taken as one solid; its inertia counts what they share twice"
+        )
+    if found.cavity:
+        notes.append(
+            f"{key} is hollow: its mesh encloses a cavity of {found.cavity:.3g} m3, which stays dry; "
+            "its mass by density is that of the shell alone"
+        )
+    if found.overlap is None:
+        return [(surface[0], found.outside)], notes
+    return [(surface[0], part) for part in found.parts], notes
 
 
 def _solid(model: mujoco.MjModel, geom: int, surface: tuple[np.ndarray, np.ndarray]) -> Shape:

@@ -6,6 +6,7 @@ c = -df/dv; `bodies.implicit` takes f at the end of the step with them, so that 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -18,6 +19,7 @@ from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
 from fsi.tables import read_table
 
+FRICTIONLESS = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
 
 
@@ -90,20 +92,39 @@ class Python:
 
     def __init__(self, settings: PythonPto, key: str, source: object):
         self._name, self._call = str(settings.function), _function(settings.function, key, source)
+        self._given: list[tuple[tuple[float, float, float], float]] = []  # the first and the latest (t, x, v) and force
         self._force(0.0, 0.0, 0.0)
 
     def pull(self, time: float, x: float, v: float) -> Pull:
         f = self._force
+        self._check_memory()
+        self._given[1:] = [((time, x, v), f(time, x, v))]
         stiffness = (f(time, x - NUDGE, v) - f(time, x + NUDGE, v)) / (2 * NUDGE)
         damping = (f(time, x, v - NUDGE) - f(time, x, v + NUDGE)) / (2 * NUDGE)
         force = f(time, x, v)
+        if force != self._given[-1][1]:
+            self._check_memory()
         return Pull(force, stiffness, _steepest(damping, force, f(time, x, 0.0), v))
+
+    def _check_memory(self) -> None:
+        """A function that remembers answers an earlier question differently. Steps are repeated and runs are resumed without
+        what it remembers, so that it would give wrong answers."""
+        for asked, answer in self._given:
+            if (now := self._force(*asked)) != answer:
+                place = f"{self._name}({', '.join(f'{value:g}' for value in asked)})"
+                raise RunError(
+                    f"{place} gave {answer:g} and later {now:g}: it remembers, and steps are repeated; "
+                    "let it follow from time, position and velocity alone, or use kind = 'latching'"
+                )
 
     def _force(self, time: float, x: float, v: float) -> float:
         try:
-            return float(self._call(time, x, v))
+            force = float(self._call(time, x, v))
         except Exception as fault:  # of any kind: it is the user's code
             raise RunError(f"{self._name}({time:g}, {x:g}, {v:g}): {type(fault).__name__}: {fault}") from fault
+        if not math.isfinite(force):
+            raise RunError(f"{self._name}({time:g}, {x:g}, {v:g}) returned {force}; it must return a finite force")
+        return force
 
 
 def _steepest(slope: float, force: float, at_rest: float, v: float) -> float:
@@ -125,6 +146,11 @@ class PowerTakeOffs:
         for joint, chosen in settings.items():
             dof = int(model.jnt_dofadr[joint])
             if isinstance(chosen, CoulombPto):
+                if model.opt.disableflags & FRICTIONLESS:
+                    fault = (
+                        "the MJCF file disables flag constraint or frictionloss, so that a coulomb force has no effect"
+                    )
+                    raise SceneError(fault, key=keys[joint], file=source, fix="enable the flag")
                 own = float(model.dof_frictionloss[dof])
                 self._friction[dof] = chosen.force / (own + chosen.force)
                 model.dof_frictionloss[dof] = own + chosen.force

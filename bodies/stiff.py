@@ -22,6 +22,7 @@ SOFT = 0.25  # dt sqrt(k / M) and dt c / M up to which a joint's spring and damp
 RIGID = 1e6  # inertia of a joint that is held, relative to its own
 SWING = 0.5  # dt omega of the fastest explicit oscillation
 MOST = 200  # substeps
+OFF = mujoco.mjtDisableBit
 JOINT, EQUALITY = mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_EQUALITY
 
 
@@ -32,6 +33,9 @@ class StiffForces:
         self.model, self.ptos, self.notes = model, ptos, notes
         self._damping = model.dof_damping.copy()
         self._stiffness = model.jnt_stiffness[model.dof_jntid] if model.nv else np.zeros(0)
+        self._damped = not model.opt.disableflags & OFF.mjDSBL_DAMPER
+        if model.opt.disableflags & OFF.mjDSBL_SPRING:
+            self._stiffness = np.zeros(model.nv)
         self._time_step = model.opt.timestep
         self._fastest = _fastest_constraint(model)
         poly = (model.jnt_stiffnesspoly, model.tendon_stiffness, model.tendon_stiffnesspoly)
@@ -60,7 +64,7 @@ class StiffForces:
         """Armature and force (nv,) for a substep of dt [s]; inertia (nv,) with the fluid's. Takes what it covers out of the
         model's damping."""
         stiff = dt * np.sqrt(self._stiffness / inertia) > SOFT
-        thick = dt * self._damping / inertia > SOFT
+        thick = (dt * self._damping / inertia > SOFT) & self._damped
         k, c = np.where(stiff, self._stiffness, 0.0), np.where(thick, self._damping, 0.0)
         self.model.dof_damping[:] = self._damping - c
         self._say(stiff, "spring")

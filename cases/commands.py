@@ -112,6 +112,8 @@ def sweep(
     print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
     if facts["runs"] and not facts["done"]:
         raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
+    if failed := facts["runs"] - facts["done"]:
+        raise RunError(f"{failed} of {facts['runs']} runs failed")
 
 
 def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from itertools import pairwise
+from pathlib import Path
 from statistics import median
 
 from fsi.compute.team import available_threads
@@ -14,7 +15,8 @@ from fsi.fluid.rheology import decay_rate, varies, viscous_sweeps
 from fsi.fluid.timestep import TimeStep
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Solid
-from fsi.record.log_size import log_size
+from fsi.record.log_size import check_disk, log_size
+from fsi.scene.check import fluid_depth
 from fsi.scene.model import Scene
 
 # One thread of a server processor with AVX-512 (4 cycles for two multiply-adds of 512 bits), single-precision sweeps,
@@ -39,10 +41,7 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
     layout = build(scene, bodies, ground)
     fluid, boundary = len(layout.position), len(layout.owner)
     walls = int((layout.owner == 0).sum())
-    limits = TimeStep(scene, layout.depth)
-    falling = 1.0 if scene.fluid.blocks else 0.1  # speed over that of a fall through the depth
-    time_step = limits.choose(falling * math.sqrt(2 * scene.gravity * layout.depth), scene.gravity)
-    steps = math.ceil(scene.duration / time_step)
+    time_step, steps = expected_steps(scene, layout.depth)
     dim, numerics = scene.dimension, scene.numerics
     work = _nanoseconds(scene, layout.depth, time_step) * (fluid + 0.4 * boundary) * 1e-9
     work *= (numerics.smoothing_ratio / 1.5) ** (dim - 1)  # more neighbours, but fuller lanes
@@ -56,9 +55,21 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "time_step": time_step,
         "steps": steps,
         "notes": (*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)),
-        **log_size(scene, bodies, fluid),
+        **log_size(scene, bodies, fluid, steps),
         "seconds": steps * (work / available_threads() + SERIAL * (2 if bodies else 1)),
     }
+
+
+def expected_steps(scene: Scene, depth: float) -> tuple[float, int]:
+    """The usual time step [s] of a scene whose fluid is `depth` metres high, and how many a run takes."""
+    falling = 1.0 if scene.fluid.blocks else 0.1  # speed over that of a fall through the depth
+    time_step = TimeStep(scene, depth).choose(falling * math.sqrt(2 * scene.gravity * depth), scene.gravity)
+    return time_step, math.ceil(scene.duration / time_step)
+
+
+def check_room(scene: Scene, bodies: BodySet | None, fluid: int, folder: Path) -> None:
+    """Raise SceneError where the logs of a run with so many fluid particles do not fit on the disk of `folder`."""
+    check_disk(log_size(scene, bodies, fluid, expected_steps(scene, fluid_depth(scene))[1])["log_bytes"], folder)
 
 
 def _nanoseconds(scene: Scene, depth: float, time_step: float) -> float:

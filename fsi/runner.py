@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fsi.errors import SceneError
 from fsi.plugins import function
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
+from fsi.scene.check_effect import idle_solids
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 
@@ -64,16 +66,19 @@ def run(
     scene, label = _load(scene, overrides, until, level)
     say = _silent if quiet else _say
     bodies, coupler, ground = bind(scene, label)
-    for line in (*scene_warnings(scene), *(bodies.notes if bodies else ())):
+    warnings = _warnings(scene, bodies, ground, label)
+    for line in (*warnings, *(bodies.notes if bodies else ())):
         say(line)
     folder = RunFolder.choose(scene, out)
+    from fsi.estimate import check_room
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
     viewer = _viewer() if live else None
     recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
-    folder.create(scene, threads=sim.threads, particles=sim.counts)
+    check_room(scene, bodies, sim.counts["fluid"], folder.path)
+    folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
     say(f"writing to {folder.path}")
     return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
 
@@ -136,7 +141,7 @@ def check(
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
-        "warnings": scene_warnings(scene),
+        "warnings": _warnings(scene, bodies, ground, label),
         "notes": notes,
     }
 
@@ -189,6 +194,14 @@ def _load(
     overrides = [*overrides, *([] if until is None else [f"duration={until!r}"])]
     scene = load_scene(source, overrides, level)
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
+
+
+def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
+    """What is allowed and likely not meant. Raises SceneError where a whole bathymetry lies beside the tank."""
+    try:
+        return scene_warnings(scene) + idle_solids(scene, bodies, ground)
+    except SceneError as error:
+        raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None
 
 
 def _viewer():

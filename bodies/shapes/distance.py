@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-LEAF = 8  # triangles in a leaf of the tree
+from bodies.shapes import tree
+from bodies.shapes.shells import merged
 
 
 class TriangleTree:
@@ -19,45 +20,20 @@ class TriangleTree:
         corners = vertices[triangles]
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         triangles, corners = triangles[area > 0], corners[area > 0]
-        order, self._lower, self._upper, self._link = _build(corners)
-        self._corners = corners[order]
+        order, lower, upper, self._link = tree.build(corners)
+        self._boxes = np.hstack([lower, upper])
+        self._corners = np.ascontiguousarray(corners[order])
         self._normals = _pseudonormals(vertices, triangles)[order]
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Signed distance (n,), negative inside, and closest surface point (n, 3) of points (n, 3)."""
         points = np.ascontiguousarray(points, dtype=float)
-        return _nearest_triangle(points, self._corners, self._normals, self._lower, self._upper, self._link)
-
-
-def _build(corners: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Split at the median of the longest side. link (k, 2): children of a node, or (-first, -end) - 1 of a leaf."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    centre = (low + high) / 2
-    order = np.arange(len(corners))
-    lower, upper, link = [None], [None], [None]
-    pending = [(0, 0, len(corners))]
-    while pending:
-        node, first, end = pending.pop()
-        part = order[first:end]
-        lower[node], upper[node] = low[part].min(axis=0), high[part].max(axis=0)
-        if end - first <= LEAF:
-            link[node] = (-first - 1, -end - 1)
-            continue
-        middle = (first + end) // 2
-        key = centre[part, np.argmax(upper[node] - lower[node])]
-        order[first:end] = part[np.argpartition(key, middle - first)]
-        child = len(link)
-        link[node] = (child, child + 1)
-        for values in (lower, upper, link):
-            values += [None, None]
-        pending += [(child, first, middle), (child + 1, middle, end)]
-    return order, np.array(lower), np.array(upper), np.array(link, dtype=np.int64)
+        return _nearest_triangle(points, self._corners, self._normals, self._boxes, self._link)
 
 
 def _pseudonormals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Outward normals (m, 7, 3) of each triangle: its face, its edges ab, bc, ca, its corners a, b, c."""
-    _, merged = np.unique(vertices, axis=0, return_inverse=True)
-    index = merged.reshape(-1)[triangles]
+    index = merged(vertices)[triangles]
     corners = vertices[triangles]
     side = np.roll(corners, -1, axis=1) - corners
     face = np.cross(side[:, 0], side[:, 1])
@@ -66,14 +42,15 @@ def _pseudonormals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     cosine = -np.einsum("tkc,tkc->tk", side, np.roll(side, 1, axis=1)) / (length * np.roll(length, 1, axis=1))
     angle = np.arccos(np.clip(cosine, -1.0, 1.0))
     at_vertex = np.zeros((index.max() + 1, 3))
-    for k in range(3):
-        np.add.at(at_vertex, index[:, k], angle[:, k, None] * face)
+    weights = angle[:, :, None] * face[:, None]
+    for axis in range(3):
+        at_vertex[:, axis] = np.bincount(index.ravel(), weights[:, :, axis].ravel(), len(at_vertex))
     ends = np.sort(np.stack([index, np.roll(index, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    _, edge = np.unique(ends, axis=0, return_inverse=True)
+    _, edge = np.unique(ends[:, 0] * (index.max() + 1) + ends[:, 1], return_inverse=True)
     edge = edge.reshape(-1, 3)
     at_edge = np.zeros((edge.max() + 1, 3))
-    for k in range(3):
-        np.add.at(at_edge, edge[:, k], face)
+    for axis in range(3):
+        at_edge[:, axis] = np.bincount(edge.ravel(), np.repeat(face[:, axis], 3), len(at_edge))
     return np.concatenate([face[:, None], at_edge[edge], at_vertex[index]], axis=1)
 
 
@@ -121,42 +98,53 @@ def _closest_on_triangle(p, a, b, c):
 
 
 @njit(cache=True)
-def _to_box(p, low, high):
-    """Squared distance of a point to a box."""
-    square = 0.0
-    for k in range(3):
-        gap = max(low[k] - p[k], 0.0, p[k] - high[k])
-        square += gap * gap
-    return square
+def _to_box(p, boxes, k):
+    """Squared distance of a point to box k."""
+    x = max(boxes[k, 0] - p[0], 0.0, p[0] - boxes[k, 3])
+    y = max(boxes[k, 1] - p[1], 0.0, p[1] - boxes[k, 4])
+    z = max(boxes[k, 2] - p[2], 0.0, p[2] - boxes[k, 5])
+    return x * x + y * y + z * z
 
 
 @njit(cache=True)
-def _nearest_triangle(points, corners, normals, lower, upper, link):
+def _corner(corners, t, k):
+    return corners[t, k, 0], corners[t, k, 1], corners[t, k, 2]
+
+
+@njit(cache=True)
+def _nearest_triangle(points, corners, normals, boxes, link):
     distance, closest = np.empty(len(points)), np.empty((len(points), 3))
-    stack = np.empty(128, np.int64)
+    stack, away = np.empty(256, np.int64), np.empty(256)
+    triangle = 0
     for i in range(len(points)):
         p = _row(points, i)
-        best, triangle, feature, foot = np.inf, 0, 0, p
-        stack[0], top = 0, 1
+        foot, feature = _closest_on_triangle(  # of the last point's triangle: most likely near
+            p, _corner(corners, triangle, 0), _corner(corners, triangle, 1), _corner(corners, triangle, 2)
+        )
+        gap = _minus(p, foot)
+        best = _dot(gap, gap)
+        stack[0], away[0], top = 0, _to_box(p, boxes, 0), 1
         while top > 0:
             top -= 1
-            node = stack[top]
-            if _to_box(p, lower[node], upper[node]) >= best:
+            if away[top] >= best:
                 continue
-            left, right = link[node, 0], link[node, 1]
+            left, right = link[stack[top], 0], link[stack[top], 1]
             if left >= 0:
-                if _to_box(p, lower[left], upper[left]) < _to_box(p, lower[right], upper[right]):
-                    left, right = right, left
-                stack[top], stack[top + 1] = left, right
+                near, far = _to_box(p, boxes, left), _to_box(p, boxes, right)
+                if near < far:
+                    left, right, near, far = right, left, far, near
+                stack[top], away[top], stack[top + 1], away[top + 1] = left, near, right, far
                 top += 2
                 continue
             for t in range(-left - 1, -right - 1):
-                c = corners[t]
-                q, kind = _closest_on_triangle(p, _row(c, 0), _row(c, 1), _row(c, 2))
+                q, kind = _closest_on_triangle(
+                    p, _corner(corners, t, 0), _corner(corners, t, 1), _corner(corners, t, 2)
+                )
                 gap = _minus(p, q)
                 if _dot(gap, gap) < best:
                     best, triangle, feature, foot = _dot(gap, gap), t, kind, q
-        outside = _dot(_minus(p, foot), _row(normals[triangle], feature)) >= 0.0
+        n = (normals[triangle, feature, 0], normals[triangle, feature, 1], normals[triangle, feature, 2])
+        outside = _dot(_minus(p, foot), n) >= 0.0
         distance[i] = np.sqrt(best) if outside else -np.sqrt(best)
         closest[i, 0], closest[i, 1], closest[i, 2] = foot
     return distance, closest

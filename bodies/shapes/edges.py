@@ -13,17 +13,19 @@ Nearest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # points -> (si
 SHARP = 0.9  # cosine between the normals of two faces that meet in an edge; flatter ones count as smooth
 
 
-def particles(nearest: Nearest, points: np.ndarray, target: float, spacing: float, step: float) -> np.ndarray:
+def particles(nearest: Nearest, shallow: np.ndarray, target: float, spacing: float, step: float) -> np.ndarray:
     """Particles (n, dim) at the depth `target` [m] under two faces or more at once, a spacing apart along edges, and in
-    the first layer those between them and the tip of an acute edge. `points` (m, dim): a lattice of size `step`."""
-    shallow = _beside_edge(nearest, points, target)
-    per = max(1, round(8 * step / spacing))
-    part = (np.indices([per] * points.shape[1]).reshape(points.shape[1], -1).T + 0.5) / per - 0.5
-    shallow = (shallow[:, None] + part * step).reshape(-1, points.shape[1])
+    the first layer those between them and the tip of an acute edge. `shallow` (m, dim): those points of a lattice of size
+    `step` that, moved along the normal to that depth under the nearest face, are not as deep under another."""
+    if len(shallow) == 0:
+        return shallow
+    per, dim = max(1, round(8 * step / spacing)), shallow.shape[1]
+    part = (np.indices([per] * dim).reshape(dim, -1).T + 0.5) / per - 0.5
+    shallow = (shallow[:, None] + part * step).reshape(-1, dim)
     place, faces = _meet(nearest, shallow, target)
-    corners = thinning.apart(place[faces == points.shape[1]], 0.7 * spacing, place[:0])
+    corners = thinning.apart(place[faces == dim], 0.7 * spacing, place[:0])
     chosen = corners
-    if points.shape[1] == 3:
+    if dim == 3:
         chosen = _row(nearest, place[faces == 2], corners, spacing, (0.99 * target, 1.01 * target))
     if target < spacing:
         depth, away = -nearest(shallow)[0], np.linalg.norm(place - shallow, axis=1) / spacing
@@ -49,15 +51,6 @@ def _row(
     return chosen
 
 
-def _beside_edge(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:
-    """Those of the points (n, dim) that, moved along the normal to the depth `target` [m] under the nearest face, are
-    not as deep under another."""
-    distance, foot = nearest(points)
-    points, distance, foot = (x[(distance < 0) & (distance > -target)] for x in (points, distance, foot))
-    moved = foot + target * inward(points, foot, distance)
-    return points[nearest(moved)[0] > -0.99 * target]
-
-
 def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
     """Where the points (n, dim) end when moved to the depth `target` [m] under the nearest face, then that and the next
     one, then three: places (n, dim), and the number of faces (n,), 0 where there is no such place."""
@@ -74,13 +67,26 @@ def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarr
         slope = np.einsum("nik,nk->ni", normal[rest, :k], normal[rest, k])
         rest = rest[np.all(slope < SHARP, axis=1)]
         short = level[rest, : k + 1] - np.einsum("nik,nk->ni", normal[rest, : k + 1], place[rest])
-        back = np.linalg.pinv(normal[rest, : k + 1], rcond=1e-3)
-        place[rest] += np.einsum("nki,ni->nk", back, short)
+        place[rest] += _least(normal[rest, : k + 1], short)
         there = np.abs(nearest(place[rest])[0] + target) < 0.01 * target
         faces[rest[there]] = k + 1
         rest = rest[~there]
     faces[faces < 2] = 0
     return place, faces
+
+
+def _least(normal: np.ndarray, short: np.ndarray) -> np.ndarray:
+    """The shortest moves (n, dim) by `short` (n, k) along k unit normals (n, k, dim) at once; none where these lie in a
+    plane."""
+    if normal.shape[2] == 2:
+        return np.einsum("nki,ni->nk", np.linalg.pinv(normal, rcond=1e-3), short)
+    if normal.shape[1] == 1:
+        return short * normal[:, 0]
+    gram = normal @ normal.transpose(0, 2, 1)
+    flat = np.linalg.det(gram) < 1e-6  # normals in one plane
+    gram[flat] += np.eye(gram.shape[1])
+    moves = np.einsum("nik,ni->nk", normal, np.linalg.solve(gram, short[..., None])[..., 0])
+    return np.where(flat[:, None], 0.0, moves)
 
 
 def inward(points: np.ndarray, foot: np.ndarray, distance: np.ndarray) -> np.ndarray:

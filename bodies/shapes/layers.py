@@ -12,7 +12,11 @@ import numpy as np
 from bodies.shapes import edges, thinning
 from bodies.shapes.edges import Nearest, inward
 
-SETTLING = {2: 60, 3: 6}  # passes that even the distances out; along a line a gap spreads slowly
+SETTLING = {2: 60, 3: 4}  # passes that even the distances out; along a line a gap spreads slowly
+STILL = {2: 0.0, 3: 0.05}  # spacings to the middle of its neighbours from which on a particle stays
+FINE = {2: 8, 3: 2}  # steps of the lattice in a spacing
+NARROW, PARTINGS = 0.8, 6  # spacings that particles of a layer in space keep from each other, and passes for that
+PARTS = {2: 4, 3: 1}  # of a candidate, strewn over its cell, by which those nearest to a particle are told
 HOLE = (
     0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
 )
@@ -29,19 +33,21 @@ def under(
     faces around them. Where the solid is too thin for a layer they end half way through it: the first layer then counts
     by area, deeper ones are left out. `finest` [m] is a lattice that resolves the thinnest part.
     """
-    step = min(spacing / (2 if len(lower) == 3 else 8), finest)
-    points = near(nearest, lower, upper, layers * spacing, step)
-    depth = -nearest(points)[0]
+    step = min(spacing / FINE[len(lower)], finest)
+    points, distance, foot = near(nearest, lower, upper, layers * spacing, step)
+    depth = -distance
     parts = []
     for layer in range(layers):
         target = (layer + 0.5) * spacing
         shares = _cover(depth, layer * spacing, step) - _cover(depth, (layer + 1) * spacing, step)
-        within, shares = points[shares > 0], shares[shares > 0]
-        moved, reached = _slide(nearest, within, target)
+        some = shares > 0
+        within, shares = points[some], shares[some]
+        moved, reached, first_reached = _slide(nearest, within, target, distance[some], foot[some])
         keep = reached > (0.0 if layer == 0 else target - 0.25 * spacing)
         thick = np.minimum(2 * reached[keep], spacing)
         wanted = (shares[keep] * step / thick).sum() * (step / spacing) ** (len(lower) - 1)
-        first = edges.particles(nearest, within, target, spacing, step)
+        shallow = within[(depth[some] > 0) & (depth[some] < target) & (first_reached < 0.99 * target)]
+        first = edges.particles(nearest, shallow, target, spacing, step)
         parts.append(_fill(nearest, moved[keep], reached[keep], first, wanted, target, spacing, step))
     return np.vstack(parts)
 
@@ -60,16 +66,38 @@ def _fill(
     candidates `points` (m, dim), each for a cell of size `step` and as close to the depth `target` [m] as `depth` (m,),
     and settled between their neighbours."""
     random = np.random.default_rng(0)
-    parts = np.repeat(points, 2 ** points.shape[1], axis=0)
+    parts = np.repeat(points, PARTS[points.shape[1]], axis=0)
     parts += random.uniform(-0.5, 0.5, parts.shape) * step  # on a lattice small steps would not move the centres
     others = thinning.thin_to(points, first, wanted, spacing)
     if abs(len(first) + len(others) - wanted) > 0.01 * wanted:  # the lattice allows few distances
         strewn = points + random.uniform(-0.5, 0.5, points.shape) * step
-        moved, reached = _slide(nearest, strewn, target)
+        moved, reached, _ = _slide(nearest, strewn, target)
         others = thinning.thin_to(moved[reached > 0.95 * depth], first, wanted, spacing)
     passes = SETTLING[points.shape[1]]
-    chosen = _settle(nearest, np.vstack([first, others]), len(first), parts, target, spacing, passes)
-    return _close_holes(nearest, chosen, len(first), parts, target, spacing, passes)
+    chosen = np.vstack([first, others])
+    chosen = _settle(nearest, chosen, np.arange(len(first), len(chosen)), parts, target, spacing, passes)
+    chosen = _close_holes(nearest, chosen, len(first), parts, target, spacing, passes)
+    return chosen if chosen.shape[1] == 2 else _part(nearest, chosen, len(first), target, spacing)
+
+
+def _part(nearest: Nearest, chosen: np.ndarray, fixed: int, target: float, spacing: float) -> np.ndarray:
+    """The `chosen` particles (k, 3), but for the first `fixed`, those nearer than NARROW to the next one moved away from it,
+    unless that brings them nearer to another."""
+    for _ in range(PARTINGS):
+        other, gap = thinning.nearest(chosen, NARROW * spacing)
+        close = np.flatnonzero(other >= 0)
+        close = close[close >= fixed]
+        if len(close) == 0:
+            break
+        away = (chosen[close] - chosen[other[close]]) / np.maximum(gap[close], 1e-12)[:, None]
+        push = np.where(other[close] < fixed, 1.0, 0.5) * (NARROW * spacing - gap[close])
+        moved, reached, _ = _slide(nearest, chosen[close] + push[:, None] * away, target)
+        good = np.abs(reached - target) < 0.01 * target
+        parted = chosen.copy()
+        parted[close[good]] = moved[good]
+        narrower = thinning.gaps(parted, NARROW * spacing) < gap
+        chosen = np.where(narrower[:, None], chosen, parted)
+    return chosen
 
 
 def _close_holes(
@@ -79,7 +107,7 @@ def _close_holes(
     from all of them, settled between their neighbours; the first `fixed` stay."""
     for _ in range(ROUNDS):
         far = np.flatnonzero(thinning.distances(parts, chosen, spacing) > 0.95 * HOLE * spacing)
-        spots, reached = _slide(nearest, parts[far], target)
+        spots, reached, _ = _slide(nearest, parts[far], target)
         spots = spots[np.abs(reached - target) < 0.01 * target]
         away = thinning.distances(spots, chosen, spacing)
         worst = np.argsort(-away, kind="stable")
@@ -87,24 +115,41 @@ def _close_holes(
         holes = thinning.apart(spots[worst], HOLE * spacing, chosen)
         if len(holes) == 0:
             break
-        chosen = _settle(nearest, np.vstack([chosen, holes]), fixed, parts, target, spacing, max(1, passes // 3))
+        chosen = np.vstack([chosen, holes])
+        if chosen.shape[1] == 2:
+            chosen = _settle(nearest, chosen, np.arange(fixed, len(chosen)), parts, target, spacing, passes // 3)
+            continue
+        around = thinning.distances(chosen, holes, 4 * spacing) < 3 * spacing
+        around[:fixed] = False
+        beside = parts[thinning.distances(parts, holes, 4 * spacing) < 4 * spacing]
+        chosen = _settle(nearest, chosen, np.flatnonzero(around), beside, target, spacing, passes // 2)
     return chosen
 
 
 def _settle(
-    nearest: Nearest, chosen: np.ndarray, fixed: int, parts: np.ndarray, target: float, spacing: float, passes: int
+    nearest: Nearest,
+    chosen: np.ndarray,
+    loose: np.ndarray,
+    parts: np.ndarray,
+    target: float,
+    spacing: float,
+    passes: int,
 ) -> np.ndarray:
-    """The `chosen` particles (k, dim), but for the first `fixed`, moved to the middle of those of the `parts` (n, dim) of
-    the layer that are nearest to them, step by step (Lloyd 1982)."""
+    """The `chosen` particles (k, dim), those with the numbers `loose` (m,) moved to the middle of those of the `parts` (n, dim)
+    of the layer that are nearest to them, step by step (Lloyd 1982)."""
+    still = STILL[chosen.shape[1]] * spacing
+    before = thinning.gaps(chosen, spacing)
     for _ in range(passes):
-        centre = thinning.centres(parts, chosen, 1.5 * spacing)[fixed:]
-        moved, reached = _slide(nearest, centre, target)
+        centre = thinning.centres(parts, chosen, 1.5 * spacing)[loose]
+        moves = np.flatnonzero(np.linalg.norm(centre - chosen[loose], axis=1) >= still)
+        moved, reached, _ = _slide(nearest, centre[moves], target)
         good = np.abs(reached - target) < 0.01 * target
         settled = chosen.copy()
-        settled[fixed:][good] = moved[good]
+        settled[loose[moves[good]]] = moved[good]
         gap = thinning.gaps(settled, spacing)
-        crowded = gap < np.minimum(0.75 * spacing, thinning.gaps(chosen, spacing))
+        crowded = gap < np.minimum(0.75 * spacing, before)
         chosen = np.where(crowded[:, None], chosen, settled)
+        before = thinning.gaps(chosen, spacing) if crowded.any() else gap
     return chosen
 
 
@@ -113,9 +158,10 @@ def _cover(depth: np.ndarray, level: float, step: float) -> np.ndarray:
     return np.clip((depth - level) / step + 0.5, 0.0, 1.0)
 
 
-def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, step: float) -> np.ndarray:
+def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, ...]:
     """Lattice points (n, dim) with spacing `step`, row by row, whose cells touch what lies inside within `reach` of the
-    surface. Larger cells that the distance rules out are never refined."""
+    surface, their signed distance (n,) and closest surface point (n, dim). Larger cells that the distance rules out are
+    never refined."""
     dim = len(lower)
     extent = float(np.max(upper - lower))
     level = max(0, math.ceil(math.log2(extent / (16 * step))))
@@ -130,31 +176,50 @@ def near(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, reach: float, s
         cells = cells[(distance < margin) & (distance > -reach - margin)]
         size /= 2
         cells = (cells[:, None] + corner * size).reshape(-1, dim)
-    distance = nearest(cells)[0]
-    cells = cells[(distance < step / 2) & (distance > -reach - step / 2)]
-    return cells[np.lexsort(np.round(cells / step).T)]
+    distance, foot = nearest(cells)
+    chosen = np.flatnonzero((distance < step / 2) & (distance > -reach - step / 2))
+    chosen = chosen[np.lexsort(np.round(cells[chosen] / step).T)]
+    return cells[chosen], distance[chosen], foot[chosen]
 
 
 def deepest(nearest: Nearest, lower: np.ndarray, upper: np.ndarray, spacing: float, finest: float) -> float:
     """Radius of the largest ball inside a closed surface [m], but not more than 1.25 spacings."""
-    points = near(nearest, lower, upper, 1.5 * spacing, min(spacing / 2, finest))
-    return float(_slide(nearest, points, 1.25 * spacing)[1].max()) if len(points) else 0.0
+    radius, enough = 0.0, 1.25 * spacing
+    for step in (spacing, min(spacing / 2, finest)) if len(lower) == 3 else (min(spacing / 2, finest),):
+        points, distance, foot = near(nearest, lower, upper, 1.5 * spacing, step)
+        radius = float(_slide(nearest, points, enough, distance, foot)[1].max()) if len(points) else 0.0
+        if radius > 0.99 * enough:
+            break
+    return radius
 
 
-def _slide(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, dim) moved to the depth `target` along the normal, or to the middle of what is thinner, and the depths
-    (n,) they reach. The passes carry points in a corner to the corner of the layer."""
-    moved, reached, rest = points.copy(), np.zeros(len(points)), np.arange(len(points))
-    for _ in range(5):
-        distance, foot = nearest(moved[rest])
-        reached[rest] = -distance
+def _slide(
+    nearest: Nearest,
+    points: np.ndarray,
+    target: float,
+    distance: np.ndarray | None = None,
+    foot: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (n, dim) moved to the depth `target` along the normal, or to the middle of what is thinner, the depths (n,) they
+    reach, and those they had reached in the first pass. The passes carry points in a corner to the corner of the layer.
+    `distance` (n,) and `foot` (n, dim) are what `nearest` says of the points, if known."""
+    if distance is None:
+        distance, foot = nearest(points)
+    moved, reached, rest = points.copy(), -distance, np.arange(len(points))
+    first = reached.copy()
+    for turn in range(5):
+        if turn:
+            distance, foot = nearest(moved[rest])
+            reached[rest] = -distance
+        if turn == 1:
+            first[rest] = reached[rest]
         off = np.abs(distance + target) > 1e-3 * target
         rest = rest[off]
         moved[rest] = foot[off] + target * inward(moved[rest], foot[off], distance[off])
     if rest.size:
         moved[rest] = _climb(nearest, points[rest], target)
         reached[rest] = -nearest(moved[rest])[0]
-    return moved, reached
+    return moved, reached, first
 
 
 def _climb(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:

@@ -9,10 +9,12 @@ import trimesh
 
 from bodies.shapes import layers as layering
 from bodies.shapes.distance import TriangleTree, nearest_segment
-from bodies.shapes.primitives import Placed
+from bodies.shapes.primitives import Placed, Together
+from bodies.shapes.shells import Shells, merged, shells
 from fsi.errors import SceneError
 from fsi.protocols import Solid
 
+BY_HAND = "in a CAD or mesh program (Blender: Mesh > Clean Up, Mesh > Normals, Boolean union)"
 Crop = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a box, each (dim,) [m]
 
 
@@ -23,6 +25,7 @@ class Surface:
     def __init__(self, nearest: layering.Nearest, vertices: np.ndarray, mean_thickness: float):
         self._nearest, self._finest = nearest, mean_thickness / 3
         self.crop: Crop | None = None
+        self._vertices = vertices
         self._bounds = vertices.min(axis=0), vertices.max(axis=0)
 
     def sample(self, spacing: float, layers: int) -> np.ndarray:
@@ -43,6 +46,10 @@ class Surface:
         close = beyond < 0.25 * (upper - lower).max()
         beyond[close] = self._nearest(points[close])[0]
         return beyond
+
+    def support(self, direction: np.ndarray) -> float:
+        """How far the surface reaches along a direction (dim,) [m]."""
+        return float((self._vertices @ direction).max())
 
     def thickness(self, spacing: float) -> float:
         """Diameter of the largest ball inside [m], told apart up to two and a half spacings."""
@@ -103,38 +110,87 @@ def mesh_solid(
     vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces)
     if len(faces) == 0:
         raise SceneError("holds no triangles", file=path, fix="export it as STL, OBJ or PLY")
-    check_closed(vertices, faces, file=path)
-    if dimension == 3:
-        surface = mesh(vertices, faces)
-        surface.crop = crop
-        return Placed(surface, np.zeros(3), np.eye(3))
-    start, end = section(vertices, faces)
-    if len(start) == 0:
+    found = sound(vertices, faces, file=path)
+    if crop is not None:
+        crop = np.array(crop[0], float), np.array(crop[1], float)
+        _check_crop(vertices, crop, key, path, dimension)
+    parts = found.parts if found.overlap is not None else [found.outside]
+    solids = [solid for part in parts if (solid := _ground(vertices, part, dimension, crop)) is not None]
+    if not solids:
         raise SceneError("does not meet the plane y = 0 of the 2D scene", file=path, fix="move it along y")
-    surface = polygon(start, end)
+    return solids[0] if len(solids) == 1 else Together(solids)
+
+
+def _ground(vertices: np.ndarray, triangles: np.ndarray, dimension: int, crop: Crop | None) -> Placed | None:
+    """A shell of the ground; None where a section misses it."""
+    if dimension == 3:
+        surface = mesh(vertices, triangles)
+    else:
+        start, end = section(vertices, triangles)
+        if len(start) == 0:
+            return None
+        surface = polygon(start, end)
     surface.crop = crop
-    return Placed(surface, np.zeros(2), np.eye(2))
+    return Placed(surface, np.zeros(dimension), np.eye(dimension))
 
 
-def open_edges(vertices: np.ndarray, triangles: np.ndarray) -> int:
-    """Number of edges that do not join exactly two triangles, vertices (n, 3) at one place counted as one."""
-    _, count = np.unique(np.sort(_edges(vertices, triangles), axis=1), axis=0, return_counts=True)
-    return int((count != 2).sum())
+def _check_crop(vertices: np.ndarray, crop: Crop, key: str, path: Path, dimension: int) -> None:
+    """Raise SceneError for ground that does not meet the box around the tank."""
+    axes = [0, 2] if dimension == 2 else [0, 1, 2]
+    low, high = vertices.min(axis=0)[axes], vertices.max(axis=0)[axes]
+    for k, axis in enumerate(axes):
+        if low[k] > crop[1][k] or high[k] < crop[0][k]:
+            fault = f"lies beside the tank: {'xyz'[axis]} = {low[k]:.4g} to {high[k]:.4g} m"
+            fault += f" where the tank with its walls has {crop[0][k]:.4g} to {crop[1][k]:.4g} m"
+            fix = "move it"
+            if (high - low).max() > 20 * (crop[1] - crop[0]).max():
+                fix += "; if the file is in millimetres, scale it by 0.001"
+            raise SceneError(fault, key=key, file=path, fix=fix)
+
+
+def sound(vertices: np.ndarray, triangles: np.ndarray, key: str = "", file: object = "") -> Shells:
+    """The shells of a mesh that a body can be made of. Raises SceneError for one that is open, flat or turned, or that runs
+    through itself."""
+    check_closed(vertices, triangles, key, file)
+    found = shells(vertices, triangles)
+    if found.crossing is not None:
+        fault = f"mesh runs through itself near {at(found.crossing)}, so that its inside is not certain"
+        raise SceneError(fault, key=key, file=file, fix=f"make it one surface without overlaps {BY_HAND}")
+    if found.mixed:
+        raise SceneError(
+            "some of the mesh's closed parts are inside out", key=key, file=file, fix=f"turn them {BY_HAND}"
+        )
+    return found
+
+
+def at(point: np.ndarray) -> str:
+    """A place in words."""
+    return "(" + ", ".join(f"{x:.4g}" for x in point) + ") m"
 
 
 def check_closed(vertices: np.ndarray, triangles: np.ndarray, key: str = "", file: object = "") -> None:
     """Raise SceneError unless the mesh encloses a volume and its triangles agree on which side that is."""
-    fix = "repair it, for instance with trimesh.repair or a CAD program"
-    if edges := open_edges(vertices, triangles):
-        raise SceneError(f"mesh is not watertight ({edges} open edges)", key=key, file=file, fix=fix)
-    _, count = np.unique(_edges(vertices, triangles), axis=0, return_counts=True)
+    edges = _edges(vertices, triangles)
+    if len(edges) == 0:
+        fix = "export it as triangles of a closed surface"
+        raise SceneError("mesh has no triangle with an area", key=key, file=file, fix=fix)
+    _, count = np.unique(_number(np.sort(edges, axis=1)), return_counts=True)
+    if loose := int((count != 2).sum()):
+        fix = f"repair it {BY_HAND}, or build the body of geoms of type box, cylinder, capsule and sphere"
+        raise SceneError(f"mesh is not watertight ({loose} open edges)", key=key, file=file, fix=fix)
+    _, count = np.unique(_number(edges), return_counts=True)
     if turned := int((count > 1).sum()):
+        fix = f"turn the normals to one side {BY_HAND}"
         raise SceneError(f"triangles face different ways (across {turned} edges)", key=key, file=file, fix=fix)
+
+
+def _number(edges: np.ndarray) -> np.ndarray:
+    """One number (k,) for each of the edges (k, 2)."""
+    return edges[:, 0] * (edges.max(initial=0) + 1) + edges[:, 1]
 
 
 def _edges(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Edges (k, 2) as the triangles run through them, by vertex numbers after merging; without degenerate triangles."""
-    _, merged = np.unique(vertices, axis=0, return_inverse=True)
-    corners = merged.reshape(-1)[triangles]
+    corners = merged(vertices)[triangles]
     corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
     return np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])

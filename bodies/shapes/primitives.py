@@ -24,6 +24,9 @@ class Shape(Protocol):
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) of points (n, dim), negative inside."""
 
+    def support(self, direction: np.ndarray) -> float:
+        """How far the solid reaches along a unit vector (dim,) [m]."""
+
     def thickness(self, spacing: float) -> float:
         """Diameter of the largest ball that fits inside [m], to a fraction of the spacing."""
 
@@ -41,6 +44,9 @@ class Box:
         beyond = np.abs(points) - self.half
         return np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
 
+    def support(self, direction: np.ndarray) -> float:
+        return float(np.abs(direction) @ self.half)
+
     def thickness(self, spacing: float) -> float:
         return 2 * float(np.min(self.half))
 
@@ -56,6 +62,9 @@ class Disc:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         return np.linalg.norm(points, axis=1) - self.radius
+
+    def support(self, direction: np.ndarray) -> float:
+        return self.radius
 
     def thickness(self, spacing: float) -> float:
         return 2 * self.radius
@@ -75,6 +84,9 @@ class Cylinder:
         rho = np.hypot(points[:, 0], points[:, 1])
         return Box(np.array([self.radius, self.half])).distance(np.column_stack([rho, points[:, 2]]))
 
+    def support(self, direction: np.ndarray) -> float:
+        return float(self.radius * np.hypot(direction[0], direction[1]) + self.half * abs(direction[2]))
+
     def thickness(self, spacing: float) -> float:
         return 2 * min(self.radius, self.half)
 
@@ -93,6 +105,9 @@ class Capsule:
         height = points[:, 2] - np.clip(points[:, 2], -self.half, self.half)
         return np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + height**2) - self.radius
 
+    def support(self, direction: np.ndarray) -> float:
+        return float(self.radius + self.half * abs(direction[2]))
+
     def thickness(self, spacing: float) -> float:
         return 2 * self.radius
 
@@ -103,6 +118,7 @@ class Placed:
 
     def __init__(self, shape: Shape, origin: np.ndarray, axes: np.ndarray):
         self.shape, self._origin, self._axes = shape, origin, axes
+        self.name = ""  # of its geom
         self.others: tuple[Solid, ...] = ()
         self.sampled = cache(self._sample)  # (spacing, layers) -> particles (n, dim) before any is left out
         self._trimmed = cache(self._trim)
@@ -115,6 +131,12 @@ class Placed:
         """Signed distance (n,) of points (n, dim) to the surface, negative inside."""
         return self.shape.distance((points - self._origin) @ self._axes)
 
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner (dim,) of the box around the solid [m]."""
+        low = [-self.shape.support(-axis) for axis in self._axes]
+        high = [self.shape.support(axis) for axis in self._axes]
+        return self._origin + low, self._origin + high
+
     def _sample(self, spacing: float, layers: int) -> np.ndarray:
         return self._origin + self.shape.sample(spacing, layers) @ self._axes.T
 
@@ -123,3 +145,18 @@ class Placed:
         for other in self.others:
             points = points[other.clearance(points) > 0.0]
         return points
+
+
+class Together:
+    """Solids that overlap as one `fsi.protocols.Solid`."""
+
+    def __init__(self, parts: list[Placed]):
+        self.parts = parts
+        for number, part in enumerate(parts):
+            part.others = tuple(parts[:number])
+
+    def boundary(self, spacing: float, layers: int) -> np.ndarray:
+        return np.concatenate([part.boundary(spacing, layers) for part in self.parts])
+
+    def clearance(self, points: np.ndarray) -> np.ndarray:
+        return np.min([part.clearance(points) for part in self.parts], axis=0)

@@ -6,15 +6,18 @@ The values are checked here one by one; `cases.study.study_file` reads them from
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializeAsAny, model_validator
 
+from fsi.scene.file import key_steps
 from fsi.scene.model import FilePath, NonNegative, Number, Part, Positive, Scene
 
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Value = bool | int | float | str
+SAME = {"waves.Te": "waves.peak_period"}  # energy period, and what becomes of it
 RESERVED = {"run", "joint", "body", "gauge", "probe", "status", "reason", "run_hash"}
 
 
@@ -41,6 +44,8 @@ class Parameter(Part):
         if self.values:
             if len(set(self.values)) < len(self.values):
                 raise ValueError("a value stands twice in values; remove one")
+            if odd := [v for v in self.values if isinstance(v, float) and not math.isfinite(v)]:
+                raise ValueError(f"values hold {odd[0]}, which is no number; remove it")
             return self
         if self.min is None or self.max is None or self.min >= self.max:
             raise ValueError("min must lie below max; give both")
@@ -174,6 +179,9 @@ def _faults(study: Study):
             yield f"parameters.{name}.key: {parameter.key!r} needs a script; add script = 'FILE.py'"
         if method == "grid" and not parameter.values and parameter.count is None:
             yield f"parameters.{name}: a grid needs values, or a count between min and max; add count"
+    for (one, a), (two, b) in combinations(study.parameters.items(), 2):
+        if _overlap(a.key, b.key):
+            yield f"parameters.{two}.key: {b.key!r} sets what parameters.{one} sets, {a.key!r}; remove one of them"
     if method == "list" and not sampling.points:
         yield "sampling.points: a list needs its points; add e.g. points = [{period = 1.5}, {period = 2.0}]"
     if method in ("grid", "latin_hypercube") and sampling.points:
@@ -193,6 +201,13 @@ def _faults(study: Study):
             yield f"sampling.points[{n}]: {what}; name every parameter of the study: {', '.join(study.parameters)}"
     if study.bem and study.routine != "rao":
         yield "bem: only a RAO is compared with linear theory; set routine = 'rao'"
+
+
+def _overlap(one: str, two: str) -> bool:
+    """Whether of two keys one holds the other, so that only the later would count. An attribute of an MJCF file and the
+    file itself go together."""
+    short, long = sorted((key_steps(SAME.get(one, one)), key_steps(SAME.get(two, two))), key=len)
+    return long[: len(short)] == short and (short == long or short[-1] != "mjcf")
 
 
 def resolve_path(study: Study, folder: Path) -> str | Scene:

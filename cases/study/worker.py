@@ -19,10 +19,11 @@ from pathlib import Path
 
 from cases.study.plan import Measure
 from fsi.errors import RunError, SceneError
+from fsi.record.mcap_reader import log_complete
 from fsi.scene.model import Scene
 
 KEPT = {"inputs"}  # of a run folder that is run again
-ROW = "figures.json"
+ROW, LOG = "figures.json", "run.mcap"
 WATCH_EVERY = 0.5  # [s]
 
 
@@ -64,9 +65,14 @@ def execute(job: Job) -> Outcome:
 
 def _outcome(job: Job) -> Outcome:
     facts = read_facts(job.folder)
-    reused = facts.get("status") == "done" or (facts.get("status") == "failed" and not job.again)
+    fit, reason = facts.get("status") in ("done", "failed"), ""
+    if facts.get("status") == "done" and job.scene.output.mcap and not log_complete(job.folder / LOG):
+        reason = f"{job.folder.name}/{LOG} is damaged or incomplete; run it again with --retry"
+    reused = fit and not (job.again and (reason or facts["status"] == "failed"))
     if not reused:
-        facts = _run(job)
+        facts, reason = _run(job), ""
+    elif reason:
+        return Outcome("failed", reason, {}, facts.get("wall_seconds", 0.0), reused)
     outcome = Outcome(facts["status"], facts.get("reason", ""), {}, facts.get("wall_seconds", 0.0), reused)
     if outcome.status == "done":
         try:
@@ -83,9 +89,10 @@ def _reason(error: Exception) -> str:
 def read_facts(folder: Path) -> dict:
     """`run.json` of a run folder, empty where there is none."""
     try:
-        return json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
+    return facts if isinstance(facts, dict) else {}
 
 
 def record_failure(folder: Path, reason: str) -> None:
@@ -131,8 +138,8 @@ def _figures(job: Job) -> dict[str, tuple]:
         kept = json.loads(file.read_text(encoding="utf-8"))
         if kept["measure"] == key:
             return {k: tuple(v) for k, v in kept["figures"].items()}
-    except (OSError, ValueError, KeyError):
-        pass
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        pass  # there are none, or damaged ones
     from cases.study.measure import measured
 
     found = measured(job.folder, job.scene, job.measure, job.routine)

@@ -132,6 +132,15 @@ def rewrite(path: Path) -> tuple[int, bool]:
     return count, False
 
 
+def log_complete(path: Path) -> bool:
+    """Whether a log is there and whole: every record read, its checksums right, and the file closed."""
+    try:
+        with open(path, "rb") as file:
+            return any(isinstance(record, Footer) for record in StreamReader(file, validate_crcs=True).records)
+    except Exception:  # of any kind: a damaged file fails wherever the damage is
+        return False
+
+
 def _records(path: Path) -> Iterator:
     """The file's records in order; a message as the pair of its channel and itself."""
     try:

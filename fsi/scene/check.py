@@ -3,32 +3,31 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 
 from fsi.errors import SceneError
+from fsi.scene.check_effect import idle_values
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
+from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
 from fsi.scene.geometry import all_blocks, fluid_height, fluid_volume
 from fsi.scene.model import Box, Scene
 from fsi.waves.kind import Fault
 
-BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
-
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
     checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
-    faults = list(_dimensions(scene)) or [fault for check in checks for fault in check(scene)]
+    faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
         raise SceneError("\n".join(str(SceneError(fault, key=key, file=file, fix=fix)) for key, fault, fix in faults))
 
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    return wave_warnings(scene) + liquid_warnings(scene)
+    return wave_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:
@@ -45,6 +44,10 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
     for key, point in points.items():
         if len(point) != scene.dimension:
             yield key, f"{list(point)} has {len(point)} components in {scene.dimension} dimensions", f"give {axes}"
+
+
+def _sizes(scene: Scene) -> Iterator[Fault]:
+    return size_faults(scene, max(0.0, fluid_volume(scene)), fluid_height(scene))
 
 
 def _output(scene: Scene) -> Iterator[Fault]:
@@ -122,12 +125,6 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
     if 0 < depth < 4 * scene.spacing * (1 - 1e-9):
         fault = f"{scene.spacing:g} m gives {depth / scene.spacing:.1f} particles over the fluid's depth {depth:g} m"
         yield "spacing", fault, f"use {depth / 4:.2g} m or less, for at least 4"
-    particles = fluid_volume(scene) / scene.spacing**scene.dimension
-    need, have = particles * BYTES_PER_PARTICLE, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if need > have:
-        fault = f"{scene.spacing:g} m gives {particles:.3g} fluid particles, {need / 1e9:.3g} GB of {have / 1e9:.3g} GB"
-        least = scene.spacing * (need / have) ** (1 / scene.dimension)
-        yield "spacing", fault, f"use more than {least:.2g} m or a smaller tank"
 
 
 def _coupler(scene: Scene) -> Iterator[Fault]:

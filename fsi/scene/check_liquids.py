@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 
 import numpy as np
 
 from fsi.scene.geometry import all_blocks
-from fsi.scene.model import Scene
+from fsi.scene.model import Block, Scene
 from fsi.waves.kind import Fault
 
 GAS = 100.0  # density ratio up to which everything is stable
@@ -26,10 +25,18 @@ def liquid_faults(scene: Scene) -> Iterator[Fault]:
         if min(*low, *high) < -1e-9:
             span, room = (f"{list(box.min)} to {list(box.max)} m" for box in (block, tank))
             yield key, f"{span} leaves the tank {room}", "shrink or move it"
-    for (one, a), (two, b) in itertools.combinations(blocks.items(), 2):
-        replaced = one.startswith("fluid.") and not two.startswith("fluid.")  # it takes the fluid's place
-        if not replaced and (np.maximum(a.min, b.min) + 1e-9 < np.minimum(a.max, b.max)).all():
+    for one, two in _overlaps(blocks):
+        if one.startswith("fluid.") == two.startswith("fluid."):  # another liquid takes the fluid's place
             yield two, f"overlaps {one}", "let blocks touch but not overlap"
+
+
+def _overlaps(blocks: dict[str, Block]) -> Iterator[tuple[str, str]]:
+    """Keys of the blocks that overlap, in their order."""
+    keys = list(blocks)
+    low, high = (np.array([getattr(block, end) for block in blocks.values()]) for end in ("min", "max"))
+    for n, key in enumerate(keys):
+        shared = (np.maximum(low[n], low[n + 1 :]) + 1e-9 < np.minimum(high[n], high[n + 1 :])).all(-1)
+        yield from ((key, keys[n + 1 + other]) for other in np.flatnonzero(shared))
 
 
 def liquid_warnings(scene: Scene) -> list[str]:

@@ -33,6 +33,20 @@ def _place(scene: Scene) -> Iterator[Fault]:
         yield "fluid.still_water_level", f"waves need water: the depth is {depth:g} m", "raise it above the floor"
     elif scene.gravity == 0:
         yield "gravity", "waves need gravity", "use e.g. 9.81"
+    elif scene.fluid.blocks:
+        yield from _water_at_the_piston(scene)
+
+
+def _water_at_the_piston(scene: Scene) -> Iterator[Fault]:
+    """The piston's path follows from the still water level, so the blocks at its wall have to reach just that."""
+    key, dr, level = "fluid.still_water_level", scene.spacing, scene.fluid.still_water_level
+    blocks = [block for liquid in scene.all_liquids for block in liquid.blocks]
+    tops = [block.max[-1] for block in blocks if block.min[0] < scene.tank.min[0] + dr]
+    if not tops:
+        yield "fluid.blocks", "no block meets the x- wall, where the piston stands", "let one begin at tank.min[0]"
+    elif abs(max(tops) - level) > dr:
+        fault = f"{level:g} m, and the blocks at the piston end at {max(tops):g} m, so that its waves would be wrong"
+        yield key, fault, f"set it to {max(tops):g}, or let the blocks end at {level:g}"
 
 
 def _kind(scene: Scene) -> Iterator[Fault]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import reprlib
 from difflib import get_close_matches
 from typing import get_args
 
@@ -13,6 +14,8 @@ from fsi.errors import SceneError
 from fsi.scene.kinds import ChosenBy
 from fsi.scene.model import Scene
 
+SHORT = reprlib.Repr()
+SHORT.maxlevel, SHORT.maxstring, SHORT.maxother, SHORT.maxlong = 3, 80, 80, 40
 SHAPES = {  # pydantic's type of error -> what should be there
     "tuple_type": "a list",
     "dict_type": "a table",
@@ -69,19 +72,24 @@ def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]
         return "missing", "add it"
     if kind == "literal_error":
         allowed = [text or number for text, number in re.findall(r"'([^']*)'|(\d+)", context["expected"])]
-        return f"{given!r} is not one of {', '.join(allowed)}", _choice(str(given), allowed, "use one of them")
+        return f"{_shown(given)} is not one of {', '.join(allowed)}", _choice(str(given), allowed, "use one of them")
     if kind == "union_tag_invalid":
         allowed = re.findall(r"'([^']*)'", context["expected_tags"])
         key = context["discriminator"] if context["discriminator"].isidentifier() else "kind"
-        fault = f"the {key} {context['tag']!r} is not one of {', '.join(allowed)}"
-        return fault, _choice(context["tag"], allowed, "use one of them")
+        fault = f"the {key} {_shown(context['tag'])} is not one of {', '.join(allowed)}"
+        return fault, _choice(str(context["tag"]), allowed, "use one of them")
     if kind == "value_error":
         fault, _, fix = str(context["error"]).partition("; ")
         return fault, fix
     if kind in SHAPES:
-        return f"{given!r} should be {SHAPES[kind]}", ""
+        return f"{_shown(given)} should be {SHAPES[kind]}", ""
     demand = error["msg"].partition("should ")[2].partition(" after validation")[0]
-    return f"{given!r} should {demand}" if demand else f"{given!r}: {error['msg']}", ""
+    return f"{_shown(given)} should {demand}" if demand else f"{_shown(given)}: {error['msg']}", ""
+
+
+def _shown(given: object) -> str:
+    """A value as Python writes it, cut where it is long or deep."""
+    return SHORT.repr(given)
 
 
 def _choice(given: str, known: list[str], otherwise: str) -> str:

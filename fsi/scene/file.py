@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import reprlib
 import tomllib
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -17,6 +18,8 @@ from fsi.scene.faults import fault_lines
 from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
 
+MOST_BYTES = 20e6  # of a scene file
+LONG_KEY = re.compile(r'(?<![\w"-])(?:(?:[\w-]+|"[^"\n]*")\s*\.\s*){32}')  # parsing it takes the square of its length
 HEADER = "# Every value of the scene, defaults included: running this file gives the same run again.\n\n"
 
 
@@ -81,11 +84,20 @@ def _find(source: str | Path) -> Path:
 
 def _read(path: Path) -> dict:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise SceneError(f"not TOML: {fault}", file=path.name, fix="see toml.io for the syntax") from None
+        if (size := path.stat().st_size) > MOST_BYTES:
+            raise SceneError(
+                f"{size / 1e6:.0f} MB of text", file=path.name, fix=f"give at most {MOST_BYTES / 1e6:.0f} MB"
+            )
+        text = path.read_text(encoding="utf-8")
+        if LONG_KEY.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
+    except RecursionError:
+        raise SceneError("is nested too deeply", file=path.name, fix="see `fsi check` for what a scene has") from None
     except OSError as fault:
         raise SceneError(f"cannot be read: {fault.strerror}", file=path, fix="check the path") from None
+    except ValueError as fault:  # its syntax, its encoding, or an integer of thousands of digits
+        raise SceneError(f"not TOML: {fault}", file=path.name, fix="see toml.io for the syntax") from None
 
 
 def _apply_level(data: dict, level: str | None, label: str) -> None:
@@ -108,10 +120,15 @@ def _override(data: dict, text: str) -> None:
     _set(data, key, _typed(value.strip()) if value.strip() else None)
 
 
+def key_steps(key: str) -> list[str | int]:
+    """The steps to the value at `a.b[0].c`: names, and numbers of items."""
+    tokens = re.findall(r'"([^"]*)"|([^.\[\]"\s]+)|\[(\d+)\]', key)
+    return [int(index) if index else quoted or word for quoted, word, index in tokens]
+
+
 def _set(data: dict, key: str, value) -> None:
     """Set the value at `a.b[0].c`; None takes it away."""
-    tokens = re.findall(r'"([^"]*)"|([^.\[\]"\s]+)|\[(\d+)\]', key)
-    steps = [int(index) if index else quoted or word for quoted, word, index in tokens]
+    steps = key_steps(key)
     try:
         *parents, last = steps
         for step in parents:
@@ -131,3 +148,5 @@ def _typed(text: str):
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
+    except (RecursionError, ValueError) as fault:
+        raise SceneError(f"{reprlib.repr(text)}: {fault}", key="--set", fix="write a TOML value") from None

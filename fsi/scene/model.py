@@ -191,6 +191,7 @@ class BodyFile(Part):
     glued_layers: Annotated[int, Field(ge=0, le=3)] = (
         0  # of fluid, in the gap to fixed wet geoms, that move with the body
     )
+    dry_inside: bool = False  # an open body starts without the water that it holds
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 
-def reflection(length: float, rate: float, steps: int = 400) -> float:
+def reflection(length: float, rate: float, layers: int = 2000) -> float:
     """Reflected over incident height of a long wave that meets a zone of this length [wavelengths] in which velocities
     decay at `rate` [omega] times the square of the distance into it, and a wall behind.
 
-    Linear long waves, eta_t + d u_x = 0 and u_t + g eta_x + r u = 0: the reflection R at x, towards -x over towards +x,
-    obeys R' = -2 i R - (1 - R)^2 r / (2 omega) in units of 1/k, and is 1 at the wall."""
-    end = 2 * math.pi * length
-    h = -end / steps
-
-    def slope(x: float, r: complex) -> complex:
-        return -2j * r - 0.5 * rate * (x / end) ** 2 * (1 - r) ** 2
-
-    x, r = end, 1 + 0j
-    for _ in range(steps):  # Runge & Kutta, from the wall to the start
-        a = slope(x, r)
-        b = slope(x + 0.5 * h, r + 0.5 * h * a)
-        c = slope(x + 0.5 * h, r + 0.5 * h * b)
-        r += h / 6 * (a + 2 * b + 2 * c + slope(x + h, r + h * c))
-        x += h
-    return abs(r)
+    Linear long waves, eta_t + d u_x = 0 and u_t + g eta_x + r u = 0: in a layer of constant r the wave number is
+    q = sqrt(1 + i r / omega) k and u / eta goes with 1 / q, so that the reflection follows from layer to layer, whatever the
+    length and the rate. It is 1 at the wall."""
+    thick, back = 2 * math.pi * length / layers, 1 + 0j
+    for n in reversed(range(layers)):
+        q = cmath.sqrt(1 + 1j * rate * ((n + 0.5) / layers) ** 2)
+        back *= cmath.exp(2j * q * thick)  # to the start of the layer and, from the wall, back
+        before = cmath.sqrt(1 + 1j * rate * ((n - 0.5) / layers) ** 2) if n else 1
+        into, off = q * (1 + back), before * (1 - back)
+        back = (into - off) / (into + off)
+    return abs(back)

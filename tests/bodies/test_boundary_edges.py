@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from bodies import mesh_solid
 from bodies.shapes.meshes import mesh, polygon, section
+from fsi.errors import SceneError
 
 S, LAYERS = 0.025, 3
 
@@ -126,4 +127,7 @@ def test_crop_leaves_out_what_lies_far_from_the_tank(dim, tmp_path):
     assert np.all((points >= low) & (points <= high)) and len(points) == pytest.approx(within.sum(), rel=0.03)
     assert cKDTree(points).query(whole[within])[0].max() < S
     assert solid.clearance(np.full((1, dim), 0.1)) == pytest.approx(-0.1)
-    assert len(mesh_solid(tmp_path / "bed.stl", dim, crop=(low + 5, high + 5)).boundary(S, LAYERS)) == 0
+    with pytest.raises(
+        SceneError, match=r"lies beside the tank: x = -1 to 1 m where the tank .* 4.7 to 5.3 m; move it"
+    ):
+        mesh_solid(tmp_path / "bed.stl", dim, crop=(low + 5, high + 5))

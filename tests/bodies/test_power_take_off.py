@@ -161,3 +161,38 @@ def test_a_fault_in_a_users_function_names_it(buoy, tmp_path):
     (tmp_path / "mine.py").write_text("def brake(time, x, v):\n    return 1 / 0\n")
     with pytest.raises(RunError, match=r"mine.py:brake\(0, 0, 0\): ZeroDivisionError: division by zero"):
         buoy({"kind": "python", "function": f"{tmp_path / 'mine.py'}:brake"})
+
+
+def test_a_function_that_returns_nan_stops_the_run_by_its_name(buoy, tmp_path):
+    (tmp_path / "mine.py").write_text("def brake(time, x, v):\n    return float('nan') if time > 0.01 else -3.0 * v\n")
+    bodies = buoy({"kind": "python", "function": f"{tmp_path / 'mine.py'}:brake"})
+    with pytest.raises(RunError, match=r"mine.py:brake\(0.0.*\) returned nan; it must return a finite force"):
+        run(bodies, 400)
+
+
+MEMORIES = {
+    "a sum": "s = [0.0]\ndef brake(time, x, v):\n    s[0] += 1e-3 * v\n    return -s[0]\n",
+    "a filter": "s = [0.0]\ndef brake(time, x, v):\n    s[0] = 0.9 * s[0] + 0.1 * v\n    return -3 * s[0]\n",
+    "a sample held": "s = {'t': 0.0, 'u': 0.0}\ndef brake(time, x, v):\n    if time - s['t'] > 0.02:\n"
+    "        s.update(t=time, u=-3 * v)\n    return s['u']\n",
+    "chance": "import random\ndef brake(time, x, v):\n    return random.random()\n",
+}
+
+
+@pytest.mark.parametrize("text", MEMORIES.values(), ids=MEMORIES)
+def test_a_function_that_remembers_is_refused(buoy, tmp_path, text):
+    (tmp_path / "mine.py").write_text(text)
+    bodies = buoy({"kind": "python", "function": f"{tmp_path / 'mine.py'}:brake"})
+    bodies.place({}, {"heave": 1.0})
+    with pytest.raises(
+        RunError, match=r"mine.py:brake\(.*\) gave .* and later .*: it remembers, and steps are repeated"
+    ):
+        run(bodies, 400)
+
+
+def test_a_coulomb_force_needs_the_flag(make_bodies, tmp_path):
+    option = 'timestep="0.01"><flag frictionloss="disable"/></option><option '
+    world = '<body name="b"><joint name="heave" type="slide" axis="0 0 1"/><geom type="box" size=".1 .1 .1"/></body>'
+    with pytest.raises(SceneError, match="disables flag constraint or frictionloss"):
+        pto = {"kind": "coulomb", "force": 20.0}
+        make_bodies(world, option=option, bodies={"body": {"mjcf": tmp_path / "body.xml", "pto": pto}})

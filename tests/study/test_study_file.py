@@ -80,6 +80,20 @@ P = '[parameters.a]\nkey = "waves.period"\n'
         ('scene = "t"\n' + P + 'min = 0\nmax = 1\nscale = "log"', "parameters.a: min = 0 has no logarithm; use"),
         ('scene = "t"\n' + P + "min = 0\nmax = 1", "study.toml: parameters.a: a grid needs values, or a count"),
         ('scene = "t"\n' + P + "values = [1, 1]", "parameters.a: a value stands twice in values; remove one"),
+        ('scene = "t"\n' + P + "values = [1.0, nan]", "parameters.a: values hold nan, which is no number; remove it"),
+        (
+            'scene = "t"\n' + P + 'values = [1]\n[parameters.b]\nkey = "waves . period"\nvalues = [2]',
+            "parameters.b.key: 'waves . period' sets what parameters.a sets, 'waves.period'; remove one of them",
+        ),
+        (
+            'scene = "t"\n[parameters.a]\nkey = "waves.Te"\nvalues = [1]\n'
+            '[parameters.b]\nkey = "waves.peak_period"\nvalues = [2]',
+            "parameters.b.key: 'waves.peak_period' sets what parameters.a sets, 'waves.Te'",
+        ),
+        (
+            'scene = "t"\n[parameters.a]\nkey = "tank.max[0]"\nvalues = [1]\n[parameters.b]\nkey = "tank.max"\nvalues = [2]',
+            "parameters.b.key: 'tank.max' sets what parameters.a sets, 'tank.max[0]'",
+        ),
         ('scene = "t"\n[parameters.run]\nkey = "x"\nvalues = [1]', "parameters.run: cannot be the name of a param"),
         ('scene = "t"\n[sampling]\nmethod = "gird"', "sampling.method: 'gird' is not one of"),
         ('scene = "t"\n[sampling]\nmethod = "list"', "sampling.points: a list needs its points; add e.g."),
@@ -102,3 +116,10 @@ def test_faults_name_file_key_fault_and_fix(here, text, line):
     with pytest.raises(SceneError) as fault:
         read(here, text)
     assert line in str(fault.value)
+
+
+def test_a_file_and_its_own_attributes_go_together(here):
+    text = 'scene = "tank.toml"\n[parameters.file]\nkey = "bodies.a.mjcf"\nvalues = ["a.xml", "b.xml"]\n'
+    text += '[parameters.size]\nkey = "bodies.a.mjcf.geom.hull.size[0]"\nvalues = [1, 2]\n'
+    text += '[parameters.width]\nkey = "bodies.a.mjcf.geom.hull.size[1]"\nvalues = [1, 2]\n'
+    assert len(points(read(here, text))) == 8

@@ -67,6 +67,30 @@ def test_a_failed_run_is_a_row_with_its_reason(here):
     result = CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "0", "--json"])
     facts = json.loads(result.stdout)
     assert (facts["runs"], facts["done"], len(facts["reasons"])) == (3, 1, 2)
+    assert (result.exit_code, result.stderr.splitlines()[-1]) == (1, "2 of 3 runs failed")
+
+
+def cut(data: bytes) -> bytes:
+    return data[: len(data) // 2]
+
+
+def flip(data: bytes) -> bytes:
+    return data[:600] + bytes([data[600] ^ 0xFF]) + data[601:]
+
+
+@pytest.mark.parametrize("damage", [cut, flip, lambda data: b""], ids=["cut", "flipped", "empty"])
+def test_a_damaged_log_is_not_counted_and_retry_heals_it(here, damage):
+    data = sweep("study.toml", workers=0, quiet=True)
+    run = here / "studies/study/runs" / data.run_hash.values[1]
+    (run / "run.mcap").write_bytes(damage((run / "run.mcap").read_bytes()))
+    before = stamps(here / "studies/study")
+    again = CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "0", "--quiet"])
+    assert again.exit_code == 1 and "is damaged or incomplete; run it again with --retry" in again.stdout
+    assert load_results("studies/study").status.values.tolist() == ["done", "failed", "done"]
+    assert stamps(here / "studies/study") == before
+    assert CliRunner().invoke(app, ["sweep", "study.toml", "--workers", "0", "--quiet", "--retry"]).exit_code == 0
+    assert load_results("studies/study").drop_vars("wall_seconds").equals(data.drop_vars("wall_seconds"))
+    assert sum(stamps(here / "studies/study")[name] != before[name] for name in before) == 1
 
 
 def test_leftovers_of_a_killed_worker_are_run_again(here):

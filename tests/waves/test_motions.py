@@ -182,3 +182,4 @@ def test_a_damping_zone_reflects_by_long_wave_theory():
     assert reflection(0.02, 1e4) == pytest.approx(1.0, abs=0.05)
     assert reflection(3.0, 0.2) == pytest.approx(math.exp(-2 * math.pi * 3.0 * 0.2 / 3), rel=0.01)
     assert reflection(1.0, 3.0) < 0.03 < reflection(0.5, 3.0)
+    assert all(0 <= reflection(length, rate) <= 1 + 1e-9 for length in (1e-9, 30.0, 1e9) for rate in (1e-9, 1e3, 1e12))

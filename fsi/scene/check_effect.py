@@ -1,0 +1,242 @@
+"""Values that were asked for and have no effect: one table, from key to the condition under which nothing comes of it.
+
+Only values that differ from their defaults count as asked for, so that a scene with every default written out says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from pydantic import BaseModel
+
+from fsi.errors import SceneError
+from fsi.protocols import BodySet, Solid
+from fsi.scene.geometry import all_blocks
+from fsi.scene.model import ACCURACY, Numerics, Output, Scene
+
+Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
+
+
+def _no_solids(scene: Scene) -> bool:
+    return not (scene.tank.walls or scene.tank.bathymetry or scene.bodies)
+
+
+def _walls(scene: Scene, tank) -> str:
+    idle = [side for side in tank.walls if side[0] not in tank.axes or side[0] in tank.periodic]
+    why = "the tank repeats itself along that axis" if tank.periodic else "a two-dimensional scene has no y axis"
+    return f"{', '.join(idle)}: {why}" if idle else ""
+
+
+def _level(scene: Scene, fluid) -> str:
+    read = scene.waves or scene.gauges or any(body.glued_layers for body in scene.bodies.values())
+    return "" if not fluid.blocks or read else "the blocks say where the fluid is, and no gauge or wave refers to it"
+
+
+def _accuracy(scene: Scene, numerics) -> str:
+    preset = ACCURACY.get(numerics.accuracy, {})
+    own = preset and all(getattr(numerics, key) != value for key, value in preset.items())
+    return f"all that it would choose is given: {', '.join(preset)}" if own else ""
+
+
+def _inviscid(scene: Scene, part) -> str:
+    return "numerics.viscosity is 'none'" if scene.numerics.viscosity == "none" else ""
+
+
+def _wall_slip(scene: Scene, numerics) -> str:
+    return _inviscid(scene, numerics) or (_no_solids(scene) and "there is no wall and no body")
+
+
+def _smagorinsky(scene: Scene, numerics) -> str:
+    return "numerics.turbulence is 'none'" if numerics.turbulence == "none" else _inviscid(scene, numerics)
+
+
+def _mach(scene: Scene, numerics) -> str:
+    if scene.gravity == 0:
+        return "without gravity there is no wave speed to compare with"
+    return _fixed_step(scene, numerics) if numerics.artificial_viscosity == 0 else ""
+
+
+def _fixed_step(scene: Scene, numerics) -> str:
+    return "numerics.fixed_time_step sets the step" if numerics.fixed_time_step else ""
+
+
+def _unlogged(output: Output) -> str:
+    return "" if output.mcap or output.timeline else "output.mcap and output.timeline are both off"
+
+
+def _unseen(output: Output) -> str:
+    if not output.particles:
+        return "output.particles is 0"
+    return "" if output.timeline or (output.mcap and output.cloud) else "no stream takes particles"
+
+
+def _instruments(scene: Scene, part) -> str:
+    return _unlogged(scene.output) or (not scene.output.series and "output.series is 0")
+
+
+def _table_starts_late(scene: Scene, part) -> str:
+    from fsi.waves.kinds.table import TablePiston
+
+    try:
+        first = TablePiston(part.file).t[0]
+    except SceneError:  # told of as a file
+        return ""
+    return (
+        f"its first row is at {first:g} s, and the run ends at {scene.duration:g} s" if first >= scene.duration else ""
+    )
+
+
+def _starts_late(scene: Scene, waves) -> str:
+    return f"the run ends at {scene.duration:g} s" if waves.start >= scene.duration else ""
+
+
+def _unbodied(scene: Scene, coupler) -> str:
+    return "" if scene.bodies else "there are no bodies"
+
+
+IDLE: dict[str, Condition] = {
+    "tank.walls": _walls,
+    "tank.width": lambda scene, tank: scene.dimension == 3 and "a three-dimensional tank has its width in min and max",
+    "fluid.kinematic_viscosity": _inviscid,
+    "fluid.rheology": _inviscid,
+    "liquids.*.kinematic_viscosity": _inviscid,
+    "liquids.*.rheology": _inviscid,
+    "fluid.still_water_level": _level,
+    "fluid.acceleration": lambda scene, fluid: not any(fluid.acceleration) and "it is zero",
+    "fluid.acceleration_gradient": lambda scene, fluid: not np.any(fluid.acceleration_gradient) and "it is zero",
+    "fluid.start": lambda scene, fluid: not scene.gravity and fluid.start == "zero" and "there is no gravity",
+    "waves.start": _starts_late,
+    "waves.file": _table_starts_late,
+    "gauges.*": _instruments,
+    "gauges.*.y": lambda scene, gauge: scene.dimension == 2 and "a two-dimensional scene has no y axis",
+    "probes.*": _instruments,
+    "bodies.*.pto.rest": lambda scene, pto: not pto.stiffness and "there is no spring: stiffness is 0",
+    "coupler.scheme": _unbodied,
+    "coupler.tolerance": lambda scene, coupler: (
+        _unbodied(scene, coupler) or (coupler.scheme == "prescribed" and "prescribed motion has nothing to settle")
+    ),
+    "coupler.motion.*.file": _table_starts_late,
+    "numerics.accuracy": _accuracy,
+    "numerics.sweeps": lambda scene, numerics: numerics.solver == "converged" and _fixed_step(scene, numerics),
+    "numerics.pressure_tolerance": lambda scene, numerics: (
+        numerics.solver != "converged" and "only 'converged' has one"
+    ),
+    "numerics.wall_slip": _wall_slip,
+    "numerics.viscous_step": _inviscid,
+    "numerics.turbulence": _inviscid,
+    "numerics.smagorinsky": _smagorinsky,
+    "numerics.artificial_viscosity": lambda scene, numerics: (
+        not scene.gravity and numerics.artificial_viscosity and "it acts by the speed of sound, none without gravity"
+    ),
+    "numerics.shifting": lambda scene, numerics: (
+        numerics.shifting == 0 and not scene.closed and "it is off beside a free surface anyway"
+    ),
+    "numerics.wall_guard": lambda scene, numerics: _no_solids(scene) and "there is no wall and no body",
+    "numerics.mach": _mach,
+    "numerics.courant": _fixed_step,
+    "numerics.max_time_step": _fixed_step,
+    "output.series": lambda scene, output: _unlogged(output),
+    "output.particles": lambda scene, output: output.particles and _unseen(output),
+    "output.fields": lambda scene, output: _unseen(output),
+    "output.fraction": lambda scene, output: _unseen(output),
+    "output.particles_limit": lambda scene, output: (
+        _unseen(output) or (output.fraction is not None and "output.fraction is given")
+    ),
+    "output.cloud": lambda scene, output: (
+        (not output.mcap and "output.mcap is off") or (not output.particles and "output.particles is 0")
+    ),
+}
+
+
+def idle_values(scene: Scene) -> list[str]:
+    """Values of the scene that were asked for and have no effect, one line each, with the reason."""
+    lines = []
+    for key, pattern, part in given(scene):
+        if pattern in IDLE and (why := IDLE[pattern](scene, part)):
+            lines.append(f"{key}: has no effect: {why}")
+    return lines
+
+
+def given(part: BaseModel, key: str = "", pattern: str = "") -> Iterator[tuple[str, str, BaseModel]]:
+    """(key, pattern, part that has it) of every value that is not the default; in a pattern a name or number is `*`."""
+    defaults = {name: field.get_default(call_default_factory=True) for name, field in type(part).model_fields.items()}
+    if isinstance(part, Numerics):
+        defaults |= ACCURACY.get(part.accuracy, {})
+    for name, default in defaults.items():
+        value = getattr(part, name)
+        if value == default:
+            continue
+        here, like = f"{key}.{name}".lstrip("."), f"{pattern}.{name}".lstrip(".")
+        yield here, like, part
+        yield from _inside(value, here, like)
+
+
+def _inside(value, key: str, pattern: str) -> Iterator[tuple[str, str, BaseModel]]:
+    if isinstance(value, BaseModel):
+        yield from given(value, key, pattern)
+        return
+    items = [(f".{name}", item) for name, item in value.items()] if isinstance(value, dict) else []
+    items += [(f"[{n}]", item) for n, item in enumerate(value)] if isinstance(value, tuple) else []
+    for step, item in items:
+        if isinstance(item, BaseModel):
+            like = pattern if pattern.endswith(".pto") else f"{pattern}.*"  # one, or one a joint
+            yield key + step, like, item
+            yield from given(item, key + step, like)
+
+
+def idle_solids(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[str]:
+    """Fixed solids of bodies that do not meet the tank, and gauges above dry ones, one line each. Raises SceneError where the
+    whole bathymetry lies beside the tank."""
+    if ground and not _meets(scene, ground):
+        fix = "move it into the tank, and check its units: they are metres"
+        raise SceneError("has no effect: no part of it lies in the tank", key="tank.bathymetry", fix=fix)
+    fixed = [solid for owner, solid in bodies.solids() if owner == 0] if bodies else []
+    lines = [
+        f"bodies: fixed wet geom {getattr(solid, 'name', '')!r} has no effect: it lies outside the tank"
+        for solid in fixed
+        if not _meets(scene, solid)
+    ]
+    if bodies and not bodies.gaps():
+        for name, body in scene.bodies.items():
+            if body.glued_layers:
+                lines.append(f"bodies.{name}.glued_layers: has no effect: no body of the file moves")
+    return lines + list(_dry_gauges(scene, [*fixed, *([ground] if ground else [])]))
+
+
+def _meets(scene: Scene, solid: Solid) -> bool:
+    """Whether a solid has boundary particles where the fluid can feel them."""
+    margin = scene.layers * scene.spacing
+    points = solid.boundary(scene.spacing, scene.layers)
+    return bool(
+        ((points > np.array(scene.tank.min) - margin) & (points < np.array(scene.tank.max) + margin)).all(1).any()
+    )
+
+
+def _dry_gauges(scene: Scene, solids: Sequence[Solid]) -> Iterator[str]:
+    tank, half = scene.tank, 0.5 * scene.spacing
+    if not solids:
+        return
+    heights = np.arange(tank.min[-1] + half, tank.max[-1], half)
+    for name, gauge in scene.gauges.items():
+        place = (gauge.x,) if scene.dimension == 2 else (gauge.x, gauge.y)
+        column = np.column_stack([np.tile(place, (len(heights), 1)), heights])
+        solid = np.min([s.clearance(column) for s in solids], axis=0) < 0
+        water = _top_of_water(scene, place)
+        if solid.any() and (top := heights[solid].max() + half) >= water - half:
+            yield (
+                f"gauges.{name}: stands over dry ground up to z = {round(top, 4):g} m, the water is at {round(water, 4):g} m; "
+                "it reads nothing as long as no water runs over it"
+            )
+
+
+def _top_of_water(scene: Scene, place: tuple[float, ...]) -> float:
+    """Of the fluid at the start on the vertical through `place` [m]; -inf where there is none."""
+    tops = [
+        block.max[-1]
+        for block in all_blocks(scene).values()
+        if all(a <= x <= b for a, x, b in zip(block.min, place, block.max, strict=False))
+    ]
+    if not scene.fluid.blocks:
+        tops.append(scene.fluid.still_water_level)
+    return max(tops, default=-np.inf)

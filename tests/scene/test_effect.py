@@ -1,0 +1,242 @@
+"""Every key of a scene stands here: with a case in which it has no effect and is told so, or with why it always has one."""
+
+from typing import Annotated, get_args, get_origin
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from fsi.errors import SceneError
+from fsi.scene.check import scene_warnings
+from fsi.scene.check_effect import IDLE, idle_solids, idle_values
+from fsi.scene.file import load_scene, resolved_toml
+from fsi.scene.model import Scene
+
+OFF = {"output.mcap": "false", "output.timeline": "false"}
+WEIGHTLESS = {"gravity": "0"}
+WAVES = {"waves.wave_height": "0.1", "waves.period": "1.5"}
+BLOCK = {"fluid.blocks": "[{min = [0, -0.5], max = [1, 0]}]"}
+OPEN = {"tank.walls": "[]"}
+FIXED = {"numerics.fixed_time_step": "0.001"}
+SAND = {"liquids.sand.blocks": "[{min = [0, -0.5], max = [1, -0.3]}]"}
+BODY = {"bodies.b.mjcf": "b.xml"}
+MOVED = BODY | {"coupler.scheme": "prescribed"}
+
+CASES = {  # pattern -> key, value without effect, the rest of the scene, a word of the reason
+    "tank.walls": ("tank.walls", '["x-", "x+", "y-", "z-"]', {}, "no y axis"),
+    "tank.width": ("tank.width", "2.0", "3D", "min and max"),
+    "fluid.kinematic_viscosity": ("fluid.kinematic_viscosity", "1e-3", {"numerics.viscosity": "none"}, "'none'"),
+    "fluid.rheology": (
+        "fluid.rheology",
+        "{mu_inf = 1.0, yield_stress = 1.0}",
+        {"numerics.viscosity": "none"},
+        "'none'",
+    ),
+    "liquids.*.kinematic_viscosity": (
+        "liquids.sand.kinematic_viscosity",
+        "1e-3",
+        SAND | {"numerics.viscosity": "none"},
+        "'none'",
+    ),
+    "liquids.*.rheology": (
+        "liquids.sand.rheology",
+        "{mu_inf = 1.0, yield_stress = 1.0}",
+        SAND | {"numerics.viscosity": "none"},
+        "'none'",
+    ),
+    "fluid.still_water_level": ("fluid.still_water_level", "0.1", BLOCK, "blocks say"),
+    "fluid.acceleration": ("fluid.acceleration", "[0.0, 0.0]", {}, "zero"),
+    "fluid.acceleration_gradient": ("fluid.acceleration_gradient", "[[0.0, 0.0], [0.0, 0.0]]", BLOCK | OPEN, "zero"),
+    "fluid.start": ("fluid.start", "zero", WEIGHTLESS, "no gravity"),
+    "waves.start": ("waves.start", "9.0", {"waves.kind": "solitary", "waves.wave_height": "0.1"}, "ends at 2 s"),
+    "waves.file": ("waves.file", "late.csv", {"waves.kind": "table"}, "first row is at 5 s"),
+    "gauges.*": ("gauges.a", "{x = 1.0}", OFF, "both off"),
+    "gauges.*.y": ("gauges.a", "{x = 1.0, y = 0.5}", {}, "no y axis"),
+    "probes.*": ("probes.a", "{position = [1.0, -0.1]}", {"output.series": "0"}, "output.series is 0"),
+    "bodies.*.pto.rest": ("bodies.b.pto", "{damping = 3.0, rest = 0.1}", BODY, "no spring"),
+    "coupler.scheme": ("coupler.scheme", "lagged", {}, "no bodies"),
+    "coupler.tolerance": (
+        "coupler.tolerance",
+        "1e-3",
+        MOVED | {"coupler.motion.hinge": "{amplitude = 0.1, omega = 1.0}"},
+        "nothing to settle",
+    ),
+    "coupler.motion.*.file": ("coupler.motion.hinge.file", "late.csv", MOVED, "first row is at 5 s"),
+    "numerics.accuracy": (
+        "numerics.accuracy",
+        "draft",
+        {"numerics.smoothing_ratio": "1.8", "numerics.mach": "0.25"},
+        "all",
+    ),
+    "numerics.sweeps": ("numerics.sweeps", "8", FIXED | {"numerics.solver": "converged"}, "fixed_time_step"),
+    "numerics.pressure_tolerance": ("numerics.pressure_tolerance", "1e-4", {}, "converged"),
+    "numerics.wall_slip": ("numerics.wall_slip", "free_slip", BLOCK | OPEN, "no wall"),
+    "numerics.viscous_step": ("numerics.viscous_step", "implicit", {"numerics.viscosity": "none"}, "'none'"),
+    "numerics.turbulence": ("numerics.turbulence", "smagorinsky", {"numerics.viscosity": "none"}, "'none'"),
+    "numerics.smagorinsky": ("numerics.smagorinsky", "0.2", {}, "turbulence"),
+    "numerics.artificial_viscosity": ("numerics.artificial_viscosity", "0.1", WEIGHTLESS, "speed of sound"),
+    "numerics.shifting": ("numerics.shifting", "0.0", {}, "free surface"),
+    "numerics.wall_guard": ("numerics.wall_guard", "0.5", BLOCK | OPEN, "no wall"),
+    "numerics.mach": ("numerics.mach", "0.1", WEIGHTLESS, "gravity"),
+    "numerics.courant": ("numerics.courant", "0.1", FIXED, "fixed_time_step"),
+    "numerics.max_time_step": ("numerics.max_time_step", "0.1", FIXED, "fixed_time_step"),
+    "output.series": ("output.series", "0.05", OFF, "both off"),
+    "output.particles": ("output.particles", "0.05", {"output.timeline": "false"}, "no stream"),
+    "output.fields": ("output.fields", '["speed"]', {"output.timeline": "false"}, "no stream"),
+    "output.fraction": ("output.fraction", "0.5", {"output.particles": "0"}, "output.particles is 0"),
+    "output.particles_limit": ("output.particles_limit", "9.0", {"output.fraction": "0.5"}, "output.fraction"),
+    "output.cloud": ("output.cloud", "true", {"output.mcap": "false"}, "output.mcap"),
+}
+
+ALWAYS = {  # pattern -> why a value always has an effect, or which check refuses or tells one that has none
+    "name description": "names the run folder; is listed by `fsi cases`",
+    "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
+    "tank.periodic": "refused for an axis that the scene does not have",
+    "tank.bathymetry": "refused where no part of it lies in the tank, by `idle_solids`",
+    "fluid.density liquids.*.density": "pressures and forces are proportional to it",
+    "fluid.blocks.*.min fluid.blocks.*.max fluid.blocks.*.velocity": "the fluid at the start",
+    "liquids.*.blocks.*.min liquids.*.blocks.*.max liquids.*.blocks.*.velocity": "the fluid at the start",
+    "fluid.rheology.mu_inf fluid.rheology.mu_0 fluid.rheology.yield_stress fluid.rheology.cross_time": "with the rheology",
+    "liquids.*.rheology.mu_inf liquids.*.rheology.mu_0": "with the rheology",
+    "liquids.*.rheology.yield_stress liquids.*.rheology.cross_time": "with the rheology",
+    "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
+    "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
+    "waves.gamma": "refused where the spectrum has none",
+    "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
+    "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",
+    "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `idle_solids`",
+    "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `idle_solids`",
+    "bodies.*.glued_layers": "told by `idle_solids` where no body of the file moves",
+    "bodies.*.pto.kind bodies.*.pto.damping bodies.*.pto.stiffness bodies.*.pto.hold bodies.*.pto.least_speed": "the force",
+    "bodies.*.pto.force bodies.*.pto.file bodies.*.pto.function": "the force; refused for prescribed motion",
+    "coupler.motion.*.amplitude coupler.motion.*.omega coupler.motion.*.ramp": "refused without bodies, or another scheme",
+    "numerics.smoothing_ratio numerics.solver numerics.precision numerics.viscosity": "in every sweep",
+    "numerics.density_relaxation numerics.fixed_time_step": "in every step",
+    "output.mcap output.timeline": "a stream more or less",
+}
+
+
+def patterns(part: type[BaseModel], prefix: str = ""):
+    """Every key of a part, `*` for names and numbers."""
+    for name, field in part.model_fields.items():
+        here = f"{prefix}{name}"
+        inner = list(_parts(field.annotation, ""))
+        if not inner:
+            yield here
+        for star, inside in inner:
+            star = "" if here.endswith(".pto") else star
+            yield from patterns(inside, f"{here}{star}.")
+
+
+def _parts(annotation, star):
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield star, annotation
+    origin = get_origin(annotation)
+    many = origin is dict or origin is tuple
+    for inner in get_args(annotation)[:1] if origin is Annotated else get_args(annotation):
+        yield from _parts(inner, ".*" if many else star)
+
+
+def test_every_key_of_a_scene_stands_in_one_of_the_tables():
+    keys = set(patterns(Scene))
+    listed = {key for line in ALWAYS for key in line.split()}
+    assert set(CASES) == set(IDLE)
+    assert not listed & set(IDLE)
+    leaves = {pattern for pattern in IDLE if pattern in keys}
+    assert set(IDLE) - leaves == {"fluid.rheology", "liquids.*.rheology", "gauges.*", "probes.*"}  # whole parts
+    assert keys - leaves - listed == set()
+    assert listed - keys == set()
+
+
+@pytest.fixture
+def scene(scene_file, tmp_path):
+    (tmp_path / "late.csv").write_text("t,x\n5,0\n6,0.01\n7,0\n")
+    (tmp_path / "b.xml").write_text("<mujoco/>")
+
+    def load(changes):
+        if isinstance(changes, dict) and changes.pop("3D", None):
+            return load_scene(
+                scene_file(
+                    instead="dimension = 3\nspacing = 0.1\nduration = 2\n[tank]\nmin = [0,0,-1]\nmax = [2,1,1]\n"
+                ),
+                [f"{key}={value}" for key, value in changes.items()],
+            )
+        return load_scene(scene_file(), [f"{key}={value}" for key, value in changes.items()])
+
+    return load
+
+
+@pytest.mark.parametrize("key, value, rest, why", CASES.values(), ids=CASES)
+def test_a_value_without_effect_is_told(scene, key, value, rest, why):
+    rest = {"3D": True} if rest == "3D" else dict(rest)
+    told = scene_warnings(scene(rest | {key: value}))
+    lines = [line for line in told if line.startswith(key) and "has no effect" in line]
+    assert len(lines) == 1 and why in lines[0], told
+    assert [line for line in told if "has no effect" in line] == lines  # and nothing else is told
+
+
+def test_a_scene_with_every_default_written_out_says_nothing(scene, tmp_path):
+    file = tmp_path / "resolved.toml"
+    for changes in ({}, {"numerics.accuracy": "fine", **FIXED}, {"numerics.accuracy": "draft", **WAVES}):
+        file.write_text(resolved_toml(scene(dict(changes))))
+        assert idle_values(load_scene(file)) == []
+
+
+def test_waves_need_blocks_that_reach_the_still_water_level(scene):
+    for block, fault in (
+        (
+            "[{min = [0, -0.5], max = [6, -0.2]}]",
+            "fluid.still_water_level: 0 m, and the blocks at the piston end at -0.2",
+        ),
+        ("[{min = [1, -0.5], max = [6, 0]}]", "fluid.blocks: no block meets the x- wall"),
+    ):
+        with pytest.raises(SceneError, match=fault):
+            scene(WAVES | {"fluid.blocks": block})
+    scene(WAVES | {"fluid.blocks": "[{min = [0, -0.5], max = [6, -0.2]}]", "fluid.still_water_level": "-0.2"})
+
+
+class Ground:
+    """A box of solid ground from `low` to `high`."""
+
+    def __init__(self, low, high, name=""):
+        self.low, self.high, self.name = np.array(low), np.array(high), name
+
+    def clearance(self, points):
+        return np.maximum(self.low - points, points - self.high).max(1)
+
+    def boundary(self, spacing, layers):
+        return np.array([self.low, self.high, (self.low + self.high) / 2])
+
+
+class Fixed:
+    """Bodies that are one fixed solid."""
+
+    names = ()
+
+    def __init__(self, solid):
+        self._solid = solid
+
+    def solids(self):
+        return [(0, self._solid)]
+
+    def gaps(self):
+        return []
+
+
+def test_solids_outside_the_tank_are_told(scene):
+    tank, far, near = scene({}), Ground((250, -1), (251, 1), "quay"), Ground((2, -1), (3, -0.3), "sill")
+    with pytest.raises(SceneError, match=r"tank.bathymetry: has no effect: no part of it lies in the tank; move it"):
+        idle_solids(tank, None, far)
+    assert idle_solids(tank, Fixed(far), None) == [
+        "bodies: fixed wet geom 'quay' has no effect: it lies outside the tank"
+    ]
+    assert idle_solids(tank, Fixed(near), near) == []
+
+
+def test_gauges_over_dry_ground_are_told(scene):
+    wet = scene({"gauges.a": "{x = 2.5}"})
+    assert idle_solids(wet, None, Ground((2, -1), (3, -0.3))) == []
+    [line] = idle_solids(wet, None, Ground((2, -1), (3, 0.2)))
+    assert line.startswith("gauges.a: stands over dry ground up to z = 0.2 m, the water is at 0 m")
+    dam = scene({"gauges.a": "{x = 2.5}"} | BLOCK)
+    assert idle_solids(dam, None, None) == []
