@@ -135,8 +135,8 @@ def _figures(folder: Path) -> tuple[float, float]:
     """Largest speed over sqrt(g H), and particles lost, in the log of a run; nan where there is none."""
     from fsi.errors import SceneError
     from fsi.record.run_folder import load_run
-    from fsi.scene.check import fluid_depth
     from fsi.scene.file import load_scene
+    from fsi.scene.geometry import fluid_depth
 
     try:
         data, scene = load_run(folder), load_scene(folder / "scene.toml")

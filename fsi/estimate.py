@@ -16,7 +16,7 @@ from fsi.fluid.timestep import TimeStep
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Solid
 from fsi.record.log_size import check_disk, log_size
-from fsi.scene.check import fluid_depth
+from fsi.scene.geometry import fluid_depth
 from fsi.scene.model import Scene
 
 # One thread of a server processor with AVX-512 (4 cycles for two multiply-adds of 512 bits), single-precision sweeps,

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, Solid
+from fsi.scene.coupler import CouplerSettings
 from fsi.scene.geometry import all_blocks
 from fsi.scene.model import ACCURACY, Numerics, Output, Scene
 
@@ -163,6 +164,8 @@ def given(part: BaseModel, key: str = "", pattern: str = "") -> Iterator[tuple[s
     defaults = {name: field.get_default(call_default_factory=True) for name, field in type(part).model_fields.items()}
     if isinstance(part, Numerics):
         defaults |= ACCURACY.get(part.accuracy, {})
+    if isinstance(part, CouplerSettings):  # whose schemes have themselves as a default
+        defaults["scheme"] = CouplerSettings.model_fields["scheme"].default
     for name, default in defaults.items():
         value = getattr(part, name)
         if value == default:

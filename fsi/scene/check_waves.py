@@ -29,24 +29,28 @@ def _place(scene: Scene) -> Iterator[Fault]:
     depth = wave_depth(scene)
     if "x-" not in scene.tank.walls:
         yield "tank.walls", "waves need the x- wall, where the piston stands", "add 'x-'"
-    if depth <= 0:
+    if scene.fluid.blocks and not _tops(scene):
+        yield "fluid.blocks", "no block meets the x- wall, where the piston stands", "let one begin at tank.min[0]"
+    elif depth <= 0:
         yield "fluid.still_water_level", f"waves need water: the depth is {depth:g} m", "raise it above the floor"
     elif scene.gravity == 0:
         yield "gravity", "waves need gravity", "use e.g. 9.81"
-    elif scene.fluid.blocks:
-        yield from _water_at_the_piston(scene)
 
 
-def _water_at_the_piston(scene: Scene) -> Iterator[Fault]:
-    """The piston's path follows from the still water level, so the blocks at its wall have to reach just that."""
-    key, dr, level = "fluid.still_water_level", scene.spacing, scene.fluid.still_water_level
+def _tops(scene: Scene) -> list[float]:
+    """Where the blocks of fluid at the piston end [m]."""
     blocks = [block for liquid in scene.all_liquids for block in liquid.blocks]
-    tops = [block.max[-1] for block in blocks if block.min[0] < scene.tank.min[0] + dr]
-    if not tops:
-        yield "fluid.blocks", "no block meets the x- wall, where the piston stands", "let one begin at tank.min[0]"
-    elif abs(max(tops) - level) > dr:
-        fault = f"{level:g} m, and the blocks at the piston end at {max(tops):g} m, so that its waves would be wrong"
-        yield key, fault, f"set it to {max(tops):g}, or let the blocks end at {level:g}"
+    return [block.max[-1] for block in blocks if block.min[0] < scene.tank.min[0] + scene.spacing]
+
+
+def _level_at_the_piston(scene: Scene) -> Iterator[str]:
+    """Waves are made for the water at the piston; gauges and damping refer to the still water level."""
+    level, tops = scene.fluid.still_water_level, _tops(scene)
+    if tops and abs(max(tops) - level) > scene.spacing:
+        yield (
+            f"fluid.still_water_level: {level:g} m, and the blocks at the piston end at {max(tops):g} m: waves are made for "
+            f"the {wave_depth(scene):g} m of water there, and gauges read from {level:g} m; set it to {max(tops):g}"
+        )
 
 
 def _kind(scene: Scene) -> Iterator[Fault]:
@@ -66,7 +70,14 @@ def wave_warnings(scene: Scene) -> list[str]:
     if scene.waves is None:
         return []
     own = scene.waves.warnings(_water(scene))
-    return [*own, *_speed(scene), *_reflecting(scene), *_duration(scene), *_in_the_way(scene)]
+    return [
+        *_level_at_the_piston(scene),
+        *own,
+        *_speed(scene),
+        *_reflecting(scene),
+        *_duration(scene),
+        *_in_the_way(scene),
+    ]
 
 
 def wave_summary(scene: Scene) -> list[str]:

@@ -7,10 +7,12 @@ import pytest
 from pydantic import BaseModel
 
 from fsi.errors import SceneError
+from fsi.plugins import find, registered
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import IDLE, idle_solids, idle_values
 from fsi.scene.file import load_scene, resolved_toml
 from fsi.scene.model import Scene
+from fsi.waves import known_kinds, load_kind
 
 OFF = {"output.mcap": "false", "output.timeline": "false"}
 WEIGHTLESS = {"gravity": "0"}
@@ -88,6 +90,11 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "output.cloud": ("output.cloud", "true", {"output.mcap": "false"}, "output.mcap"),
 }
 
+
+def coupler_of(name):
+    return find("couplers", name)
+
+
 ALWAYS = {  # pattern -> why a value always has an effect, or which check refuses or tells one that has none
     "name description": "names the run folder; is listed by `fsi cases`",
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
@@ -113,12 +120,20 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "numerics.smoothing_ratio numerics.solver numerics.precision numerics.viscosity": "in every sweep",
     "numerics.density_relaxation numerics.fixed_time_step": "in every step",
     "output.mcap output.timeline": "a stream more or less",
+    "output.checkpoint": "checkpoints more or less often",
+    "alarms.lost_particles alarms.energy": "when a run fails",
+    "bodies.*.dry_inside": "water inside an open body or none",
 }
 
 
 def patterns(part: type[BaseModel], prefix: str = ""):
-    """Every key of a part, `*` for names and numbers."""
+    """Every key of a part, `*` for names and numbers; of the waves and the coupler those of every kind."""
+    kinds = {"waves": map(load_kind, known_kinds()), "coupler": map(coupler_of, registered("couplers"))}
     for name, field in part.model_fields.items():
+        if part is Scene and name in kinds:
+            for kind in kinds[name]:
+                yield from patterns(kind, f"{name}.")
+            continue
         here = f"{prefix}{name}"
         inner = list(_parts(field.annotation, ""))
         if not inner:
@@ -183,16 +198,13 @@ def test_a_scene_with_every_default_written_out_says_nothing(scene, tmp_path):
 
 
 def test_waves_need_blocks_that_reach_the_still_water_level(scene):
-    for block, fault in (
-        (
-            "[{min = [0, -0.5], max = [6, -0.2]}]",
-            "fluid.still_water_level: 0 m, and the blocks at the piston end at -0.2",
-        ),
-        ("[{min = [1, -0.5], max = [6, 0]}]", "fluid.blocks: no block meets the x- wall"),
-    ):
-        with pytest.raises(SceneError, match=fault):
-            scene(WAVES | {"fluid.blocks": block})
-    scene(WAVES | {"fluid.blocks": "[{min = [0, -0.5], max = [6, -0.2]}]", "fluid.still_water_level": "-0.2"})
+    with pytest.raises(SceneError, match=r"fluid.blocks: no block meets the x- wall"):
+        scene(WAVES | {"fluid.blocks": "[{min = [1, -0.5], max = [6, 0]}]"})
+    low = WAVES | {"fluid.blocks": "[{min = [0, -0.5], max = [6, -0.2]}]"}
+    (told,) = [line for line in scene_warnings(scene(low)) if line.startswith("fluid.still_water_level")]
+    assert "0.3 m of water there" in told and told.endswith("set it to -0.2")
+    told = scene_warnings(scene(low | {"fluid.still_water_level": "-0.2"}))
+    assert not any("blocks at the piston" in line for line in told)
 
 
 class Ground:

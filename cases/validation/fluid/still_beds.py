@@ -20,9 +20,15 @@ from pathlib import Path
 import numpy as np
 
 from cases.validation.engine.case import Case, Measure
+from cases.validation.engine.wrong import Wrong
 
 DEPTH, LENGTH, WIDTH, SPACING = 0.5, 0.6, 0.32, 0.02  # [m]
 TARGET = {"largest_speed": 0.02, "pressure_l2": 0.01, "lost": 0.0}
+WRONG = {
+    "largest_speed": Wrong("water that does not come to rest, at 0.2 m/s", 0.2 / math.sqrt(9.81 * DEPTH)),
+    "pressure_l2": Wrong("half a spacing of water too much", 0.5 * SPACING / DEPTH),
+    "lost": Wrong("one particle leaves", 1.0),
+}
 Outline = list[tuple[float, float]]
 
 
@@ -181,6 +187,7 @@ CASES = {
     f"still_bed_{name}": Case(
         f"still_bed_{name}", f"Water at rest for 2 s over {what}", REFERENCE, FINE,
         partial(scene, **SETUPS[setup]), partial(Rest, walls=pool_walls(**SETUPS[setup])), TARGET,
+        fails_when=WRONG,
     )
     for name, (setup, what) in VALIDATED.items()
 }  # fmt: skip
