@@ -79,7 +79,7 @@ def test_the_piston_ends_at_the_bed_it_stands_on(tmp_path):
 def test_water_starts_still(name, tmp_path):
     """A slab under a tank once made 1.8 m/s within two steps, 0.8 of sqrt(g H)."""
     found = measure(name, tmp_path, until=0.2)
-    assert found["largest_speed"] < 0.15 and found["lost"] == 0
+    assert found["largest_speed"] < 0.15 and found["leaks"] == 0
 
 
 @pytest.mark.slow

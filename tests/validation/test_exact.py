@@ -25,7 +25,7 @@ from cases.validation.theory.separation import first_harmonic, group_speed, sepa
 from cases.validation.theory.series import impulse, low_passed, relative_rms
 from cases.validation.waves import irregular_sea, solitary_wave
 from fsi.estimate import estimate
-from fsi.plugins import bind
+from fsi.scene.binding import bind
 from fsi.scene.file import load_scene
 
 

@@ -3,7 +3,7 @@ at every offset of their lattices, narrower and wider than the tank, a wavy bed 
 stand on the bed and go through a wall.
 
 Exact: hydrostatics. After 2 s: `largest_speed` over the particles as a share of sqrt(g H); `pressure_l2` against rho g depth
-under the level that the water has, two spacings under the surface and deeper, as a share of rho g H; `lost` particles.
+under the level that the water has, two spacings under the surface and deeper, as a share of rho g H; `leaks`, particles that are lost.
 `python -m cases.validation.fluid.still_beds [PATTERN ...]` runs them all and prints a table.
 """
 
@@ -23,11 +23,11 @@ from cases.validation.engine.case import Case, Measure
 from cases.validation.engine.wrong import Wrong
 
 DEPTH, LENGTH, WIDTH, SPACING = 0.5, 0.6, 0.32, 0.02  # [m]
-TARGET = {"largest_speed": 0.02, "pressure_l2": 0.01, "lost": 0.0}
+TARGET = {"largest_speed": 0.02, "pressure_l2": 0.01, "leaks": 0.0}
 WRONG = {
     "largest_speed": Wrong("water that does not come to rest, at 0.2 m/s", 0.2 / math.sqrt(9.81 * DEPTH)),
     "pressure_l2": Wrong("half a spacing of water too much", 0.5 * SPACING / DEPTH),
-    "lost": Wrong("one particle leaves", 1.0),
+    "leaks": Wrong("one particle leaves", 1.0),
 }
 Outline = list[tuple[float, float]]
 
@@ -52,7 +52,7 @@ class Rest(Measure):
         pool = np.searchsorted(self.walls, fluid.position[deep, 0])
         mean = np.bincount(pool, level) / np.maximum(np.bincount(pool), 1)
         spread = math.sqrt(((level - mean[pool]) ** 2).mean()) / height
-        return {"largest_speed": speed, "pressure_l2": spread, "lost": float(fluid.lost)}
+        return {"largest_speed": speed, "pressure_l2": spread, "leaks": float(fluid.lost)}
 
 
 def extruded(outline: Outline, file: Path, half: float = 1.0) -> None:
