@@ -9,14 +9,13 @@ import numpy as np
 
 from bodies.mjcf import GEOM, name_of
 from bodies.shapes.primitives import Placed
+from bodies.sizes import units
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, WALL
 from fsi.scene.model import Scene
 
 DEEP = 0.1  # spacings that two geoms may stand in each other at the start
 ACROSS = 4  # particles across the largest extent of a body, at least
-FAR = 20  # times the tank's length, from which on a size must be in another unit
-MILLIMETRES = 'MJCF is in metres; a mesh in millimetres takes scale="0.001 0.001 0.001" in its <mesh>'
 
 Owned = Sequence[tuple[int, Placed]]
 
@@ -111,8 +110,7 @@ def check_inside(solids: Owned, labels: Sequence[str], names: Sequence[str], sce
                 name = names[owner - FIRST_BODY]
                 fault = f"body {name!r} reaches {axis} = {end:.4g} m, beyond the tank's {axis} = {wall:.4g} m"
                 fix = "move it with bodies.NAME.position, or enlarge the tank"
-                if (most - least).max() > FAR * (high - low).max():
-                    fix = f"geom {label!r} is {(most - least).max():.4g} m long: {MILLIMETRES}"
+                fix = units(label, float((most - least).max()), scene) or fix
                 raise SceneError(fault, key="bodies", file=source, fix=fix)
     if apart and not met:
         label, fault = next(iter(apart.items()))

@@ -25,6 +25,8 @@ MOST_USER = 1000  # keyframes, and values of the user's own for each element
 SINGULAR = 1e-9  # smallest eigenvalue of the mass matrix over its diagonal; round-off leaves 1e-16
 FREEDOM = {"freejoint": 6, "free": 6, "ball": 3, "hinge": 1, "slide": 1}
 SAMPLING = {2: 12e3, 3: 5e3}  # bytes per boundary particle that the layers under a mesh take while they are laid
+FAR = 20  # times the tank's length, from which on a size must be in another unit
+MILLIMETRES = 'MJCF is in metres; a mesh in millimetres takes scale="0.001 0.001 0.001" in its <mesh>'
 
 
 def check_file(path: Path) -> None:
@@ -99,6 +101,7 @@ def check_model(model: mujoco.MjModel, geoms: Sequence[int], scene: Scene, sourc
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, int(geom))
             fault = f"geom {name!r} takes about {count:.3g} boundary particles, {_of(need, have)}"
             fix = "check its size, which is in metres, and its place, or use a larger spacing"
+            fix = units(name, 2 * float(model.geom_aabb[geom, 3:].max()), scene) or fix
             raise SceneError(fault, key="bodies", file=source, fix=fix)
     if model.nv > MOST_JOINTS:
         fault, fix = f"{model.nv} degrees of freedom", f"use at most {MOST_JOINTS}"
@@ -108,6 +111,12 @@ def check_model(model: mujoco.MjModel, geoms: Sequence[int], scene: Scene, sourc
     if scene.coupler.scheme == "added_mass" and responses + matrices > have:
         fault = f"{model.nv} degrees of freedom, to each of which the fluid responds: {_of(responses + matrices, have)}"
         raise SceneError(fault, key="bodies", file=source, fix="use fewer joints or a larger spacing")
+
+
+def units(label: str, extent: float, scene: Scene) -> str:
+    """The way out for a geom so much longer [m] than the tank that its size must be in another unit; "" for others."""
+    far = FAR * float(np.subtract(scene.tank.max, scene.tank.min).max())
+    return f"geom {label!r} is {extent:.4g} m long: {MILLIMETRES}" if extent > far else ""
 
 
 def check_independent(model: mujoco.MjModel, inertia: np.ndarray, source: object) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from fsi.errors import SceneError
-from fsi.runner import bind
+from fsi.scene.binding import bind
 from fsi.scene.model import Scene
 
 FLOAT = '<body><joint name="heave" type="slide" axis="0 0 1"/><geom name="hull" size="0.2" density="500"/></body>'

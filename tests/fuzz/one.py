@@ -51,7 +51,7 @@ def check(file: Path) -> tuple[str, str, dict | None]:
 
 def run(file: Path) -> tuple[str, str]:
     """`calm`, `alarm` (the run says what is wrong) or `broken`, and why, after STEPS steps."""
-    from fsi.runner import bind
+    from fsi.scene.binding import bind
     from fsi.simulation.loop import Simulation
 
     try:

@@ -58,6 +58,7 @@ def test_the_page_shows_the_example(page):
 
 
 def test_the_links_of_the_pages_lead_somewhere():
-    for name in ("best_damping.md", "studies.md"):
-        for link in re.findall(r"\]\((?!http)([^)#]+)\)", (ROOT / "docs" / name).read_text()):
-            assert (ROOT / "docs" / link).exists(), link
+    for name in ("tutorials/best_damping.md", "guide/studies.md"):
+        page = ROOT / "docs" / name
+        for link in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text()):
+            assert (page.parent / link).exists(), link
