@@ -186,7 +186,11 @@ class Fluid:
             self.solids.accelerate(self._acceleration, self.force.uniform)
             self.solids.extrapolate(work.trial)
             rows, skin = (work.flow, work.trial), (self.solids.shepard, self.solids.skin)
+            last = work.trial[: self.count, columns.trial(self.dim).p]
+            kept = last.copy()
+            self._weigh_rows(last)  # as in the gradient that will act
             work.flow = rheology.solve(near, boundary_near, *rows, self.velocity, skin, self.k, self.dt, self.halo)
+            last[:] = kept
             work.trial[: self.count, columns.trial(self.dim).all_of("u")] = self.velocity
         elif rheology:
             rheology.resist(near, work.flow, work.trial, self.velocity, self.k, self.dt)
@@ -197,8 +201,7 @@ class Fluid:
         self._acceleration = acceleration
         self.solids.accelerate(acceleration, self.force.uniform)
         self.solver.update(self.k, self.dt, response)
-        if self._counts is not None:
-            self._weigh_rows(response)
+        self._weigh_rows(self.work.field[: self.count, columns.field(self.dim).p], response)
         wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
         return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
 
@@ -207,11 +210,13 @@ class Fluid:
         """How often the pressure of each particle (n,) counts in the gradient; None without a free surface."""
         return None if self.scene.closed else self.work.coefficients[: self.count, columns.COUNTS]
 
-    def _weigh_rows(self, response: LinearResponse | None) -> None:
-        """Let pressures and their responses count in the gradient as the rows under a free surface need it
+    def _weigh_rows(self, pressure: np.ndarray, response: LinearResponse | None = None) -> None:
+        """Let pressures (n,) and their responses count in the gradient as the rows under a free surface need it
         (`fsi.sph.kernel.surface_rows`), for the forces on the fluid and on the bodies alike."""
+        if self._counts is None:
+            return
         self.halo.refresh(self.work.coefficients, slice(columns.COUNTS, columns.COUNTS + 1))
-        self.work.field[: self.count, columns.field(self.dim).p] *= self._counts
+        pressure *= self._counts
         if response:
             response.rows[: self.count] *= self._counts[:, None]
 
@@ -288,7 +293,7 @@ class Fluid:
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""
-        return self._last["residual"] if self._last else self.solver.residual(self._counts)
+        return self._last["residual"] if self._last else self.solver.residual(self._counts if self._rows else None)
 
     @property
     def fields(self) -> dict[str, np.ndarray]:

@@ -208,7 +208,9 @@ def fsi(elsewhere, tmp_path, monkeypatch):
 
 def test_a_scene_with_all_of_them_runs(fsi, tmp_path):
     pytest.importorskip("rerun")
-    out = json.loads(fsi("run", "pond", "--out", "out", "--threads", "1", "--quiet", "--json", alone=True))
+    out = json.loads(
+        fsi("run", "pond", "--out", "out", "--threads", "1", "--quiet", "--json", alone=True).splitlines()[0]
+    )
     assert (
         out["status"] == "done" and out["coupling"]["scheme"] == "held" and out["warnings"] == ["held: the bodies stay"]
     )
