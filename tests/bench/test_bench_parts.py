@@ -208,6 +208,7 @@ def empty():
         "start",
         "determinism",
         "order",
+        "kernels",
     )
     return {name: [] for name in sections} | {"targets": [], "limits": {"rates": [], "bandwidth": []}, "machine": {}}
 
