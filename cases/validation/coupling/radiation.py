@@ -72,8 +72,8 @@ def _scene(name: str):
 
 def _case(name: str, title: str, target: dict[str, float], reasons: str = "") -> Case:
     return Case(
-        name, title, "Cummins' equation, radiation by boundary elements, exact hydrostatics. The radius is 5 and 10 spacings.",
-        {"coarse": RADIUS / 5, "medium": RADIUS / 10}, _scene(name), Heave, target, reasons,
+        name, title, "Cummins' equation, radiation by boundary elements, exact hydrostatics. Radius of 5, 10 and 15 spacings.",
+        {"coarse": RADIUS / 5, "medium": RADIUS / 10, "paper": RADIUS / 15}, _scene(name), Heave, target, reasons,
         fails_when={measure: WRONG[measure] for measure in target if measure in WRONG},
     )  # fmt: skip
 
