@@ -11,12 +11,12 @@ import numpy as np
 
 from fsi.errors import RunError
 from fsi.owners import FIRST_BODY, PISTON, WALL
+from fsi.particles.fixed import NEAR as CROWDED
 from fsi.particles.fixed import distances
 from fsi.state import Remembers
 
 WARN_LOST = 0.1  # share of `alarms.lost_particles` at which the loss is warned of
 WARN_ENERGY = 0.02  # of the energy that there is to come by, from which on energy from nowhere is warned of
-CROWDED = 0.6  # spacings between particles of one wall, under which they are doubled
 NEAR = 3.0  # spacings from a body within which a particle is lost beside it
 
 

@@ -1,58 +1,9 @@
 """Small scenes that between them use everything that remembers something between steps: the text of a scene file or a
 built-in name, and its settings."""
 
+from cases.bench.identity import CHANNEL, LAYERS, SEA
 from fsi.scene.file import load_scene
 
-SEA = """
-spacing = 0.06
-duration = 3.0
-[tank]
-min = [0.0, -0.5]
-max = [3.0, 0.4]
-[waves]
-kind = "irregular"
-Hm0 = 0.08
-peak_period = 1.2
-absorb = true
-[[damping]]
-start = 2.4
-end = 3.0
-[gauges.front]
-x = 1.0
-"""
-CHANNEL = """
-spacing = 0.05
-duration = 5.0
-gravity = 0.0
-[tank]
-min = [0.0, 0.0]
-max = [1.0, 0.5]
-walls = ["z-", "z+"]
-periodic = ["x"]
-[fluid]
-still_water_level = 0.5
-acceleration = [0.1, 0.0]
-kinematic_viscosity = 1e-3
-[probes.middle]
-position = [0.5, 0.25]
-"""
-LAYERS = """
-spacing = 0.04
-duration = 1.0
-[tank]
-min = [0.0, -0.4]
-max = [0.8, 0.2]
-[fluid]
-kinematic_viscosity = 1e-4
-[liquids.brine]
-density = 1200.0
-kinematic_viscosity = 2e-3
-[[liquids.brine.blocks]]
-min = [0.0, -0.4]
-max = [0.4, -0.1]
-[gauges.middle]
-x = 0.4
-"""
 CLOSED = """
 spacing = 0.05
 duration = 1.0
@@ -74,7 +25,18 @@ LATCHING = (
     "bodies.flap.pto.least_speed=1e-7",
 )
 SCENES = {
-    "sea": (SEA, ()),
+    "sea": (
+        SEA,
+        (
+            "spacing=0.06",
+            "tank.min=[0.0, -0.5]",
+            "tank.max=[3.0, 0.4]",
+            "waves.peak_period=1.2",
+            "damping[0].start=2.4",
+            "damping[0].end=3.0",
+            "gauges.front.x=1.0",
+        ),
+    ),
     "flap_sea": ("flap", (*FLUME[:-1], *IRREGULAR, "waves.absorb=true")),
     "flap_fixed_point": ("flap", (*FLUME, "coupler.scheme=fixed_point")),
     "flap_lagged": ("flap", (*FLUME, "coupler.scheme=lagged")),
@@ -85,7 +47,7 @@ SCENES = {
     "slide_glued": ("slide_submarine_glued", ()),
     "prescribed": ("slide_submarine_prescribed", ("spacing=0.05", "tank.min=[-0.025, -1]", "tank.max=[3.975, 0.5]")),
     "sand": ("sand_column", ("spacing=0.05",)),
-    "layers": (LAYERS, ()),
+    "layers": (LAYERS, ("spacing=0.04", "duration=1.0")),
     "channel": (CHANNEL, ()),
     "closed": (CLOSED, ()),
     "converged": ("dam_break", ("numerics.solver=converged", "numerics.precision=double", "spacing=0.08")),
