@@ -16,7 +16,7 @@ import numpy as np
 
 from fsi.fluid.chebyshev import HIGHEST, chebyshev
 from fsi.scene.model import Liquid, Scene
-from fsi.sph import kernel, viscosity
+from fsi.sph import kernel, viscosity, walls
 from fsi.state import Remembers
 
 LEAST = 1e-30  # [Pa s] of an inviscid liquid, so that the harmonic mean of two of them is a number
@@ -110,7 +110,7 @@ class Rheology(Remembers):
         self._viscosity = viscosity.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
         self._mirror = viscosity.make_mirror(lanes, dim) if implicit and self.no_slip else None
         self._push = viscosity.make_push(lanes, dim, dense) if implicit else None
-        self.drag, self._grip = viscosity.make_drag(lanes, dim), viscosity.make_grip(lanes, dim)
+        self.drag, self._grip = walls.make_drag(lanes, dim, varies=True), viscosity.make_grip(lanes, dim)
         self._nothing = np.empty((0, dim), dtype)
         self._twin = np.empty((0, self.columns), dtype)
 

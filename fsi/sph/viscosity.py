@@ -27,7 +27,6 @@ from fsi.sph.terms import (
     slope,
     viscous,
 )
-from fsi.sph.walls import belongs
 
 WELL_SPREAD = (
     0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
@@ -228,40 +227,6 @@ def make_push(lanes: int, dim: int, dense: bool):
     return over_pairs(
         "accelerate", (lanes, dim, dense), takes="trial push k", sum=Sum(hold, empty, ((ALL, pair),), finish)
     )
-
-
-@cache
-def make_drag(lanes: int, dim: int):
-    """Viscous force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM): the exact
-    opposite of its forces on the fluid in `make_viscosity`."""
-    L, DIM = lanes, dim
-    X, U, MU = columns.flow(dim).of("x u mu")
-
-    def where(s, e, first, owner, least):
-        return belongs(owner, s - first, e - first, least)
-
-    def hold(s, flow):
-        return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
-
-    def empty(flow):
-        return (zero_vector(flow, L, DIM),)
-
-    def pair(sums, mine, j, flow, k):
-        (total,), (x_i, u_i) = sums, mine
-        x_ij = x_i - other_vector(flow, j, X, L, DIM)
-        r2 = dot(x_ij, x_ij)
-        a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
-        return (total + viscous(a * other(flow, j, MU, L), u_i - other_vector(flow, j, U, L, DIM)),)
-
-    def finish(i, sums, first, force, k):
-        (total,) = sums
-        for d in range(DIM):
-            force[i - first, d] = -k.mass * k.stress_factor * total[d]
-
-    return over_pairs(
-        "drag", (lanes, dim), takes="first flow owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
-        where=where,
-    )  # fmt: skip
 
 
 @cache

@@ -65,11 +65,11 @@ def make_shepard(lanes: int, dim: int, no_slip: bool, dense: bool):
 
 
 @cache
-def make_drag(lanes: int, dim: int):
+def make_drag(lanes: int, dim: int, varies: bool = False):
     """Viscous force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM): the exact
-    opposite of its forces on the fluid at a no-slip wall."""
+    opposite of its forces on the fluid at a no-slip wall; `varies`: where the viscosity differs from particle to particle."""
     L, DIM = lanes, dim
-    X, U = columns.flow(dim).of("x u")
+    X, U, MU = columns.flow(dim).of("x u mu")
 
     def where(s, e, first, owner, least):
         return belongs(owner, s - first, e - first, least)
@@ -85,15 +85,18 @@ def make_drag(lanes: int, dim: int):
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
+        if varies:
+            a = a * other(flow, j, MU, L)
         return (total + viscous(a, u_i - other_vector(flow, j, U, L, DIM)),)
 
     def finish(i, sums, first, force, k):
         (total,) = sums
+        factor = k.stress_factor if varies else k.viscous_factor
         for d in range(DIM):
-            force[i - first, d] = -k.mass * k.viscous_factor * total[d]
+            force[i - first, d] = -k.mass * factor * total[d]
 
     return over_pairs(
-        "drag", (lanes, dim), takes="first flow owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
+        "drag", (lanes, dim, varies), takes="first flow owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
         where=where,
     )  # fmt: skip
 
