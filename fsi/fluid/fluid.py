@@ -38,10 +38,6 @@ MEMORY = (
     "lists of the fluid", "cells", "responses", "boundary alone, its lists included",
 )  # fmt: skip
 
-_PARTICLES = ("position", "velocity", "pressure_values", "label", "_acceleration")
-_BOUNDARY = ("boundary", "boundary_velocity", "boundary_normal")
-_COUNTS = ("lost", "sweeps", "most_sweeps", "unsolved")
-
 
 class Fluid:
     """The order of one step. Owns the time step's scalars and these parts:
