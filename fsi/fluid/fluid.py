@@ -75,6 +75,7 @@ class Fluid:
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
         self._compose()
         self._rows, self._kept, self._last = 0, slice(None), None
+        self._weighed = False  # whether `field` holds pressures times how often they count
 
     def _compose(self) -> None:
         """Make the parts that depend on what the scene has, and compile what it needs."""
@@ -109,7 +110,7 @@ class Fluid:
     def begin(self, dt: float, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None = None) -> None:
         """Sort and pack everything where it stands now, and find the neighbours. centre (owners, 3), twist
         (owners, 6): of the owners now; smooth (owners, 6, 6) as in `BodyMotion`."""
-        self.dt, self._last = dt, None
+        self.dt, self._last, self._weighed = dt, None, False
         if self._longest_step < math.inf:  # gamma acts once a step: short ones must not make it draw harder
             self.k = self.k._replace(suction=self.dtype(min(1.0, dt / self._longest_step)))
         self.solids.begin(centre, twist, smooth)
@@ -198,6 +199,7 @@ class Fluid:
         self.solids.accelerate(acceleration, self.force.uniform)
         self.solver.update(self.k, self.dt, response)
         self._weigh_rows(self.work.field[: self.count, columns.field(self.dim).p], response)
+        self._weighed = self._counts is not None
         wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
         return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
 
@@ -289,7 +291,7 @@ class Fluid:
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""
-        return self._last["residual"] if self._last else self.solver.residual(self._counts if self._rows else None)
+        return self._last["residual"] if self._last else self.solver.residual(self._counts if self._weighed else None)
 
     @property
     def fields(self) -> dict[str, np.ndarray]:

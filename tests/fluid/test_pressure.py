@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from tanks import still_tank
 
 from fsi.fluid.chebyshev import HIGHEST, SPAN, chebyshev, iteration
 from fsi.scene.model import Numerics
+from fsi.simulation.loop import Simulation
 
 
 def error_left(weights, eigenvalue):
@@ -34,3 +36,13 @@ def test_gain_is_the_slope_at_slow_modes(solver, sweeps):
 
 def test_chebyshev_carries_slow_modes_further():
     assert iteration(Numerics(solver="chebyshev", sweeps=6)).gain > 3.5 * 6
+
+
+def test_the_residual_is_zero_until_a_pressure_has_been_found():
+    """The first frame is logged before the coefficients of the first step are there."""
+    sim = Simulation(still_tank(numerics={"smoothing_ratio": 2.0}), threads=1)
+    sim.fluid.begin(1e-3, np.zeros((sim.fluid.owners, 3)), np.zeros((sim.fluid.owners, 6)))
+    sim.fluid.work.coefficients[:] = np.nan
+    assert sim.fluid.residual() == 0.0
+    sim.step()
+    assert 0.0 < sim.fluid.residual() < 1.0
