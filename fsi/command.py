@@ -16,11 +16,12 @@ from typer.core import TyperCommand, TyperGroup
 
 import fsi
 from fsi import plugins, runner
-from fsi.errors import RunError, SceneError
+from fsi.errors import RunError, SceneError, short
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
+from fsi.strict_json import dumps
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
@@ -100,6 +101,10 @@ def exit_codes() -> Iterator[None]:
         code = _fail(error, FAILED)
     except KeyboardInterrupt:
         code = _fail("interrupted", INTERRUPTED)
+    except OSError as fault:
+        if not fault.filename:
+            raise
+        code = _fail(f"{short(fault.filename)}: {fault.strerror}", WRONG_INPUT)
     else:
         return
     raise typer.Exit(code)
@@ -135,7 +140,7 @@ def run(
             quiet=quiet,
         )
         if as_json:
-            print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
+            print(dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
             lost = f", {result.lost_particles} particles lost" if result.lost_particles else ""
             print(
@@ -164,7 +169,7 @@ def check(
             scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads
         )
         if as_json:
-            print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
+            print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
         for line in (*result["waves"], *_estimate_lines(result["estimate"])):

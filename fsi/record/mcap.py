@@ -166,6 +166,9 @@ def rewrite(path: Path) -> tuple[int, bool]:
         return sum(1 for _ in entries(file)), True
     log = LogWriter(_beside(path), file.scene)
     try:
+        for channel in file.channels.values():
+            log.open(channel.topic, channel.metadata)
+        log.flush()
         for channel, step, stamp, data in entries(file):
             if step in found.partial and channel.topic != "/events":
                 continue

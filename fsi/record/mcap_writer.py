@@ -95,9 +95,10 @@ class LogWriter:
     def finish(self) -> None:
         """Write the summary and close the file."""
         try:
+            self.flush()
             self._describe()
             self._writer.finish()
-            self.flush()
+            self._file.flush()
             self._check_place()
         finally:
             self._file.close()
