@@ -79,12 +79,11 @@ def read_file(path: Path) -> LogFile:
         log.chunks.append(records)
     if not log.chunks and not data.startswith(MAGIC):
         raise SceneError("not an MCAP file", file=path, fix="give the folder of a run")
-    summary = _summary(data)
-    log.complete = summary is not None
     log.scene = next(_metadata(data, b"scene"), {})
-    log.damaged = not log.scene or not data.startswith(MAGIC) or summary == b""
-    log.channels = dict(_known_channels(data, summary or b""))
-    _find_gaps(log, data, places, summary or b"")
+    log.damaged = not log.scene or not data.startswith(MAGIC)
+    end = _find_gaps(log, data, places)
+    summary = _take_summary(log, data, end)
+    log.channels = dict(_known_channels(data, summary))
     return log
 
 
@@ -133,16 +132,30 @@ def _length(data: bytes, at: int) -> int:
     return struct.unpack_from("<Q", data, at + 1)[0]
 
 
-def _summary(data: bytes) -> bytes | None:
-    """The summary of a file that was closed, empty where its checksum is wrong; None of one that was not."""
+def _footer(data: bytes) -> tuple[int, int, int] | None:
+    """Of a file that was closed: where its footer is, where the summary was written to, and the checksum of both."""
     at = len(data) - len(MAGIC) - FOOTER_END.size
     if at < 0 or not data.endswith(MAGIC):
         return None
     opcode, length, start, _, checksum = FOOTER_END.unpack_from(data, at)
-    if (opcode, length) != (FOOTER, FOOTER_END.size - 9):
-        return None
-    right = 0 < start <= at and zlib.crc32(memoryview(data)[start : at + FOOTER_END.size - 4]) == checksum
-    return data[start:at] if right else b""
+    return (at, start, checksum) if (opcode, length) == (FOOTER, FOOTER_END.size - 9) else None
+
+
+def _take_summary(log: LogFile, data: bytes, end: int) -> bytes:
+    """The summary of a file whose data end there, empty where there is none or its checksum is wrong. What it says of the
+    length of the data and of the number of messages tells of chunks that are lost without a trace."""
+    footer = _footer(data)
+    log.complete = footer is not None
+    if footer is None:
+        return b""
+    (at, start, checksum), own = footer, end + len(DATA_END) + 4  # with a checksum that is not used
+    right = log.closed and zlib.crc32(memoryview(data)[own : at + FOOTER_END.size - 4]) == checksum
+    summary = data[own:at] if right else b""
+    count = sum(sum(_counts(records).values()) for records in log.chunks)
+    log.damaged |= not right
+    if right and not log.gaps and (start != own or count != _stated(summary, count)):
+        log.damaged = log.unknown = True
+    return summary
 
 
 def _metadata(data: bytes, name: bytes) -> Iterator[dict[str, str]]:
@@ -179,25 +192,23 @@ def _channel(content: bytes) -> Channel:
     return Channel.read(ReadDataStream(BytesIO(content)))
 
 
-def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]], summary: bytes) -> None:
+def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> int:
     """Where chunks are lost: between two that were found stands the index of the first, whose length follows from its
-    messages, and nothing else but metadata."""
-    at, count = _skip(data, len(MAGIC), (HEADER, METADATA)), 0
+    messages, and nothing else but metadata. Gives the place where the data should end."""
+    at = _skip(data, len(MAGIC), (HEADER, METADATA))
     for n, (start, end) in enumerate(places):
         if at != start:
             log.damaged = True
             if n or _first_step(log.chunks[0]) > 0:
                 log.gaps.append(n)
-        counts = _counts(log.chunks[n])
-        count += sum(counts.values())
-        at = _skip(data, end + sum(9 + 2 + 4 + 16 * entries for entries in counts.values()), (METADATA,))
+        index = sum(9 + 2 + 4 + 16 * count for count in _counts(log.chunks[n]).values())
+        at = _skip(data, end + index, (METADATA,))
         log.damaged |= _skip(data, end, (INDEX, METADATA)) != at
     log.closed = data[at : at + 9] == DATA_END
-    if not log.closed and (log.complete or not _torn(data, at)):
+    if not log.closed and (_footer(data) or not _torn(data, at)):
         log.damaged = True
         log.gaps.append(len(places))
-    if not log.gaps and count != _stated(summary, count):
-        log.damaged = log.unknown = True
+    return at
 
 
 def _torn(data: bytes, at: int) -> bool:

@@ -98,6 +98,16 @@ def test_damage_costs_what_it_falls_into_and_is_said(whole, tmp_path):
     assert read > 0.9 * TRIES and kept > 0.6 * read * STEPS
 
 
+def test_a_piece_that_is_cut_out_between_two_indices_is_missed(whole, tmp_path):
+    """The index of a chunk repeats itself every 16 bytes: two halves of different ones may look like one."""
+    data, file = (whole / "run.mcap").read_bytes(), tmp_path / "damaged.mcap"
+    second = data.index(MARK, data.index(MARK) + 1)
+    begin = second - 200  # within the index before it
+    for size in range(1600, 3600, 16):
+        file.write_bytes(data[:begin] + data[begin + size :])
+        assert faults_of(read_log(file), {"status": "done"}) == [], size
+
+
 def flipped(folder):
     """The log with a bit flipped in its second chunk, and its bytes."""
     file = folder / "run.mcap"
