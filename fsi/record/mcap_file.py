@@ -31,6 +31,7 @@ CHUNK_HEAD = struct.Struct(
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence number, log time, publish time
 FOOTER_END = struct.Struct("<BQQQI")  # opcode, length, start of the summary, start of its offsets, checksum
 LIMIT = 2**31  # bytes of the records of a chunk
+SEAL = "crc"  # key of metadata whose value is the checksum of the others
 FACTS = {
     "name",
     "dimension",
@@ -62,7 +63,8 @@ class LogFile:
 
 def sealed(facts: dict[str, str]) -> dict[str, str]:
     """Metadata with a checksum of their own, which MCAP does not have."""
-    return facts | {"crc": str(zlib.crc32(json.dumps(sorted(facts.items())).encode()))}
+    rest = sorted((key, value) for key, value in facts.items() if key != SEAL)
+    return facts | {SEAL: str(zlib.crc32(json.dumps(rest).encode()))}
 
 
 def read_file(path: Path) -> LogFile:
@@ -79,10 +81,12 @@ def read_file(path: Path) -> LogFile:
         log.chunks.append(records)
     if not log.chunks and not data.startswith(MAGIC):
         raise SceneError("not an MCAP file", file=path, fix="give the folder of a run")
-    log.scene = next(_metadata(data, b"scene"), {})
-    log.damaged = not log.scene or not data.startswith(MAGIC)
+    log.damaged = not data.startswith(MAGIC)
     end = _find_gaps(log, data, places)
     summary = _take_summary(log, data, end)
+    copies = list(_metadata(data, b"scene"))  # at the beginning, and where the log was closed at its end
+    log.scene = dict(copies[0]) if copies else {}
+    log.damaged |= len(copies) < (2 if log.complete and log.scene.pop(SEAL, None) else 1)
     log.channels = dict(_known_channels(data, summary))
     return log
 
@@ -159,7 +163,7 @@ def _take_summary(log: LogFile, data: bytes, end: int) -> bytes:
 
 
 def _metadata(data: bytes, name: bytes) -> Iterator[dict[str, str]]:
-    """Metadata records of that name whose checksum is right, without it."""
+    """Metadata records of that name whose checksum is right."""
     mark, at = struct.pack("<I", len(name)) + name, 0
     while (at := data.find(mark, at)) >= 0:
         start, at = at, at + 1
@@ -169,17 +173,17 @@ def _metadata(data: bytes, name: bytes) -> Iterator[dict[str, str]]:
             facts = Metadata.read(ReadDataStream(BytesIO(data[start : start + _length(data, start - 9)]))).metadata
         except Exception:  # of any kind: a damaged record fails wherever the damage is
             continue
-        checksum = facts.pop("crc", None)
-        if sealed(facts)["crc"] == checksum or (checksum is None and set(facts) == FACTS):
+        if set(facts) == FACTS or sealed(facts) == facts:
             yield facts
 
 
 def _known_channels(data: bytes, summary: bytes) -> Iterator[tuple[int, Channel]]:
     """Channels by number, from where they stand beside the chunks: in metadata, and in the summary of a closed file."""
     for facts in _metadata(data, b"channels"):
-        for number, text in facts.items():
+        for number, text in facts.items() - {(SEAL, facts[SEAL])}:
             topic, metadata = json.loads(text)
-            yield int(number), Channel(int(number), "protobuf", metadata, topic, 0)
+            known = {"topic": topic, "metadata": metadata, "message_encoding": "protobuf", "schema_id": 0}
+            yield int(number), Channel(id=int(number), **known)
     at = 0
     while at < len(summary):
         if summary[at] == CHANNEL:

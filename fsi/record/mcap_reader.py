@@ -250,6 +250,14 @@ def entries(file: LogFile) -> Iterator[tuple[Channel, int, int, bytes]]:
             yield file.channels[number], step, stamp, data[start:end]
 
 
+def has_frames(path: Path) -> bool:
+    """Whether a log holds a frame. False where it cannot be read."""
+    try:
+        return len(read_log(path).time) > 0
+    except SceneError:
+        return False
+
+
 def log_complete(path: Path) -> bool:
     """Whether a log is there and whole: its checksums right, nothing missing, and the file closed."""
     try:
