@@ -121,7 +121,7 @@ def flipped(folder):
 def test_damage_is_told_by_every_door(whole):
     """A bit in the middle of the log: the dataset, the export and `fsi recover` name the times that are missing."""
     file, _ = flipped(whole)
-    with pytest.warns(RuntimeWarning, match=r"run.mcap is damaged.*between t = \S+ and \S+ s"):
+    with pytest.warns(RuntimeWarning, match=r"run.mcap is damaged or cut off.*between t = \S+ and \S+ s"):
         dataset = fsi.load_run(whole)
     assert 0 < dataset.sizes["time"] < STEPS
     with pytest.warns(RuntimeWarning, match="missing"):
