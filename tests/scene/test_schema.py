@@ -58,3 +58,8 @@ def test_an_unknown_template_is_refused(tmp_path):
     refused = call("new", "boat", "--out", tmp_path / "boat")
     assert refused.exit_code == 2 and "choose from coast, flap, float, flume" in refused.output
     assert not (tmp_path / "boat").exists()
+
+
+def test_help_keeps_units_in_brackets():
+    told = call("run", "--help").output
+    assert "[s]" in told and "[levels.NAME]" in told
