@@ -24,6 +24,8 @@ def check_instruments(scene: Scene, solids: list[tuple[int, Solid]]) -> None:
 
 def _buried_probes(scene: Scene, solids: list[Solid]):
     for name, probe in scene.probes.items():
+        if probe.position is None:  # at a site of a body, whose place is not known here
+            continue
         depth = -_clearance(solids, np.array([probe.position], float))[0]
         if depth > ON_FACE * scene.spacing:
             fault = f"{list(probe.position)} is {depth:.3g} m inside a solid, where no fluid can come"
