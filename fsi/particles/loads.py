@@ -60,9 +60,20 @@ class _Fixed:
                 at = np.flatnonzero(ours)
                 self.cover[at[solid.clearance(inner[at]) < 0]] = n
         for n, (own, solid) in enumerate(solids):
-            if own == WALL and (mine := np.flatnonzero(fixed & (source == n))).size:
-                self.foot[mine] = _feet(solid, points[mine], scene.spacing)
+            mine = np.flatnonzero((fixed & (source == n)) | (self.cover == n))
+            if own == WALL and mine.size:
+                self.foot[mine] = self._face(solid, points[mine], low, high)
         self.dim = dim
+
+    def _face(self, solid: Solid, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Places (n, dim) on the face of a solid that the fluid pushes against: the nearest ones, but no face that lies on a
+        wall of the tank, which is looked past by as much as the particles are deep."""
+        lift = self.scene.layers * self.scene.spacing
+        lifted = np.clip(points, low + lift, high - lift)
+        deep = (solid.clearance(lifted) < 0)[:, None]
+        lifted = np.where(deep, lifted, points)
+        face = _feet(solid, lifted, self.scene.spacing)
+        return np.where(lifted == points, face, np.clip(points, low, high))
 
     def share(self, name: str, load: Load) -> np.ndarray:
         """Share (b, dim) that counts for a load."""
