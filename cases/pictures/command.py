@@ -14,6 +14,7 @@ def render(
     field: Annotated[
         str, typer.Option(metavar="NAME", help="Field of the colours; that of the timeline if none.")
     ] = "",
+    limits: Annotated[str | None, typer.Option(metavar="A,B", help="Values at the ends of the colours.")] = None,
     surface: Annotated[bool, typer.Option("--surface", help="The fluid's surface in place of its particles.")] = False,
     camera: Annotated[
         str | None, typer.Option(metavar="X,Y,Z,X,Y,Z", help="Place and target of the eye [m], three dimensions.")
@@ -33,7 +34,8 @@ def render(
 
     wide, high = (int(n) for n in _numbers("--size", size.replace("x", ","), 2))
     look = Look(
-        field=field, surface=surface, size=(wide - wide % 2, high - high % 2),
+        field=field, surface=surface, limits=_numbers("--limits", limits, 2) if limits else None,
+        size=(wide - wide % 2, high - high % 2),
         camera=_numbers("--camera", camera, 6) if camera else None,
         window=_numbers("--window", window, 4) if window else None,
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +22,12 @@ FPS = {"mp4": 25, "gif": 12}
 
 @dataclass(frozen=True)
 class Look:
-    """How a run is drawn: the `field` of the colours (that of the timeline if empty), particles or the `surface`, the `camera`
-    of a three-dimensional run (place and target, six numbers [m]), the `window` (x0, x1, z0, z1) [m] of a two-dimensional
-    one, and the picture's width and height in pixels."""
+    """How a run is drawn: the `field` of the colours (that of the timeline if empty) and their `limits` (those of the
+    timeline if None), particles or the `surface`, the `camera` of a three-dimensional run (place and target, six numbers
+    [m]), the `window` (x0, x1, z0, z1) [m] of a two-dimensional one, and the picture's width and height in pixels."""
 
     field: str = ""
+    limits: tuple[float, ...] | None = None
     surface: bool = False
     camera: tuple[float, ...] | None = None
     window: tuple[float, ...] | None = None
@@ -47,25 +48,28 @@ def render(
     if to == "png":
         target = run.folder / "pictures"
         target.mkdir(exist_ok=True)
-        _some(sum(1 for n, picture in enumerate(pictures) if imageio.imwrite(target / f"frame_{n:04}.png", picture) is None))
+        for number, picture in enumerate(_some(pictures)):
+            imageio.imwrite(target / f"frame_{number:04}.png", picture)
         return target
     target, rate = run.folder / f"run.{to}", fps or FPS[to]
-    count = 0
     if to == "gif":
-        found = list(pictures)
-        _some(count := len(found))
-        imageio.imwrite(target, found, duration=1000 / rate, loop=0)
+        imageio.imwrite(target, list(_some(pictures)), duration=1000 / rate, loop=0)
         return target
-    writer = require("imageio", "render", "a video of a run").get_writer(target, fps=rate, macro_block_size=2)
-    with writer:
-        for count, picture in enumerate(pictures, 1):
+    pictures = _some(pictures)
+    first = next(pictures)  # before the file is there
+    with require("imageio", "render", "a video of a run").get_writer(target, fps=rate, macro_block_size=2) as writer:
+        for picture in chain([first], pictures):
             writer.append_data(picture)
-    _some(count)
     return target
 
 
-def _some(count: int) -> None:
-    if not count:
+def _some(pictures: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+    """The pictures. Raises SceneError where there are none."""
+    none = True
+    for picture in pictures:
+        none = False
+        yield picture
+    if none:
         raise SceneError("no frame lies between these times", key="--from", fix="give other times")
 
 
@@ -99,6 +103,11 @@ def _pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[n
     return pictures(run, look, frames)
 
 
+def limits(run: RunFrames, look: Look, field: str) -> tuple[float, float]:
+    """The values at the ends of the colours."""
+    return look.limits or (0.0, top(run.scene, field))
+
+
 def caption(field: str) -> str:
     """Name and units of a field."""
     units = field_of(field).units
@@ -114,10 +123,10 @@ def _flat(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.nd
 
     scene, field = run.scene, look.field or run.scene.output.fields[0]
     left, right, low, high = look.window or (scene.tank.min[0], scene.tank.max[0], scene.tank.min[1], scene.tank.max[1])
-    colours = ScalarMappable(Normalize(0, top(scene, field)), ListedColormap(colour_map() / 255))
+    colours = ScalarMappable(Normalize(*limits(run, look, field)), ListedColormap(colour_map() / 255))
     walls = run.walls()
     for frame in frames:
-        figure = Figure(figsize=(look.size[0] / 100, look.size[1] / 100), dpi=100, layout="constrained")
+        figure = Figure(figsize=(look.size[0] / 100, look.size[1] / 100), dpi=100, layout="compressed")
         canvas, panel = FigureCanvasAgg(figure), figure.add_subplot()
         _draw(panel, run, look, frame, field, colours)
         for _, wall in walls:

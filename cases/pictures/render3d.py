@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
 
 import numpy as np
 
 from cases.pictures.frames import Frame, Mesh, RunFrames
-from cases.pictures.render import Look, caption, values_of
+from cases.pictures.render import Look, caption, limits, values_of
 from fsi.extras import require
 from fsi.record.colours import colour_map
-from fsi.record.fields import top
 
 
 def pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.ndarray]:
     """RGB pictures (height, width, 3) uint8 of the frames."""
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")  # in memory, without a screen
     pv = require("pyvista", "render", "pictures of a three-dimensional run")
     from matplotlib.colors import ListedColormap
 
@@ -46,9 +49,9 @@ def pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np
             cloud = pv.PolyData(np.asarray(frame.position, np.float32))
             cloud[field] = values_of(frame, field)
             plotter.add_mesh(
-                cloud, name="fluid", scalars=field, clim=(0, top(scene, field)), cmap=colours, style="points",
+                cloud, name="fluid", scalars=field, clim=limits(run, look, field), cmap=colours, style="points",
                 render_points_as_spheres=True, point_size=_size(plotter, scene.spacing, look),
-                scalar_bar_args={"title": caption(field), "color": "black", "fmt": "%.3g"},
+                scalar_bar_args={"title": caption(field), "color": "black", "n_labels": 3},
             )  # fmt: skip
         for n, (_, mesh) in enumerate(run.bodies(frame.time)):
             plotter.add_mesh(_poly(pv, mesh), name=f"body{n}", color=mesh.colour)
@@ -72,4 +75,4 @@ def _size(plotter, spacing: float, look: Look) -> float:
     """Diameter of a particle in pixels."""
     camera = plotter.camera
     height = 2 * camera.distance * np.tan(np.radians(camera.view_angle) / 2)
-    return max(1.0, 1.15 * spacing / height * look.size[1])
+    return max(1.0, 1.5 * spacing / height * look.size[1])

@@ -9,6 +9,8 @@ from fsi.extras import require
 from fsi.sph.kernel import value
 
 WATER = (60, 130, 190)
+SMOOTH = 1.2  # smoothing length [spacing]; with THRESHOLD a block of 15 spacings keeps its volume within 1 %
+THRESHOLD = 0.6  # density at the surface over that of the fluid, in three dimensions
 HALF = 0.5  # share of fluid at the surface, in two dimensions
 
 
@@ -20,17 +22,17 @@ def surface(position: np.ndarray, spacing: float, dimension: int) -> Mesh:
     if dimension == 2:
         return _line(position[:, [0, 2]].astype(float), spacing)
     splash = require("pysplashsurf", "surface", "the surface of a three-dimensional run")
-    found = splash.reconstruct_surface(
-        np.ascontiguousarray(position, np.float64), particle_radius=0.5 * spacing, smoothing_length=spacing,
-        cube_size=0.5 * spacing, iso_surface_threshold=0.6,
+    radius = 0.5 * spacing
+    found = splash.reconstruct_surface(  # in radii: versions differ in whether lengths are relative to them
+        np.ascontiguousarray(position, np.float64) / radius, particle_radius=1.0, smoothing_length=2 * SMOOTH,
+        cube_size=1.0, iso_surface_threshold=THRESHOLD,
     )  # fmt: skip
-    mesh = found.mesh
-    return Mesh(np.array(mesh.vertices), np.array(mesh.triangles).astype(int), WATER)
+    return Mesh(radius * np.array(found.mesh.vertices), np.array(found.mesh.triangles).astype(int), WATER)
 
 
 def _line(position: np.ndarray, spacing: float) -> Mesh:
     contourpy = require("contourpy", "report", "the surface of a two-dimensional run")
-    cell, h = 0.5 * spacing, spacing
+    cell, h = 0.5 * spacing, SMOOTH * spacing
     reach = int(np.ceil(2 * h / cell))
     low = position.min(0) - (reach + 2) * cell
     shape = np.ceil((position.max(0) - low) / cell).astype(int) + reach + 3
