@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -16,13 +15,15 @@ from fsi.record.colours import colour_map
 
 def pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.ndarray]:
     """RGB pictures (height, width, 3) uint8 of the frames."""
-    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")  # in memory, without a screen
     pv = require("pyvista", "render", "pictures of a three-dimensional run")
     from matplotlib.colors import ListedColormap
 
     scene, field = run.scene, look.field or run.scene.output.fields[0]
     colours = ListedColormap(colour_map() / 255)
+    with suppress(ImportError):  # without a screen VTK says which windows it tried before it draws in memory
+        from vtkmodules.vtkCommonCore import vtkLogger
+
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
     plotter = pv.Plotter(off_screen=True, window_size=list(look.size))
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")

@@ -117,6 +117,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "liquids.*.rheology.yield_stress liquids.*.rheology.cross_time": "with the rheology",
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
+    "waves.distance waves.delay waves.lowest waves.format waves.time waves.site waves.scale waves.terms": "the piston's path",
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
     "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",

@@ -32,11 +32,11 @@ class Waves(WaveKind):
     wave_height: Positive  # crest to trough [m]
     period: Positive  # [s]
     theory: Literal["stream_function", "stokes"] = "stream_function"
-    terms: Annotated[int, Field(ge=3, le=40)] | None = None  # of the series; 15, of Stokes' 5 if not given
+    terms: Annotated[int, Field(ge=3, le=40)] | None = None  # of the series; 10, of Stokes' 5 if not given
     ramp: NonNegative | None = None  # cosine ramp of the stroke [s]; two periods if not given
 
     def _wave(self, depth: float, g: float) -> SteadyWave:
-        terms = self.terms or (5 if self.theory == "stokes" else 15)
+        terms = self.terms or (5 if self.theory == "stokes" else 10)
         return steady_wave(MODELS[self.theory], self.wave_height, self.period, depth, g, terms)
 
     def piston(self, depth: float, g: float) -> HarmonicPiston:
