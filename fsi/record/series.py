@@ -44,9 +44,9 @@ SERIES = {
     "inundation_depth": Series(("area",), "m", "mean depth on the flooded area"),
     "discharge": Series(("flux",), "m3/s", "discharge through the plane"),
     "passed_volume": Series(("flux",), "m3", "volume that has passed the plane since the start"),
-    "load_force": Series(("load", "axis"), "N", "force of the fluid on the fixed structure"),
-    "load_torque": Series(("load", "axis"), "N m", "torque of the fluid on the fixed structure"),
-    "load_centre": Series(("load", "axis"), "m", "pressure centre on the fixed structure"),
+    "load_force": Series(("structure", "axis"), "N", "force of the fluid on the fixed structure"),
+    "load_torque": Series(("structure", "axis"), "N m", "torque of the fluid on the fixed structure"),
+    "load_centre": Series(("structure", "axis"), "m", "pressure centre on the fixed structure"),
     "kinetic_energy": Series((), "J", "kinetic energy of the fluid"),
     "potential_energy": Series((), "J", "potential energy of the fluid"),
     "dissipated_energy": Series((), "J", "energy dissipated in the fluid since the start"),
@@ -91,7 +91,7 @@ def labels(scene: Scene, bodies: BodySet | None) -> dict[str, list[str]]:
         "runup": list(scene.runups),
         "area": list(scene.areas),
         "flux": list(scene.fluxes),
-        "load": list(scene.loads),
+        "structure": list(scene.loads),
     }
 
 
