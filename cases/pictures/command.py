@@ -29,7 +29,7 @@ def render(
     fps: Annotated[int | None, typer.Option(min=1, help="Frames a second of the video.")] = None,
 ) -> None:
     """Draw pictures or a video of a run, also on a machine without a screen."""
-    from cases.pictures.render import Look
+    from cases.pictures.look import Look
     from cases.pictures.render import render as draw
 
     wide, high = (int(n) for n in _numbers("--size", size.replace("x", ","), 2))

@@ -3,35 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
 
 from cases.pictures.frames import Frame, RunFrames
+from cases.pictures.look import Look, caption, limits, values_of
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.record.colours import colour_map
-from fsi.record.fields import top
-from fsi.scene.fields import field_of
 
 BODY = "#9aa0a6"
 FPS = {"mp4": 25, "gif": 12}
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a run is drawn: the `field` of the colours (that of the timeline if empty) and their `limits` (those of the
-    timeline if None), particles or the `surface`, the `camera` of a three-dimensional run (place and target, six numbers
-    [m]), the `window` (x0, x1, z0, z1) [m] of a two-dimensional one, and the picture's width and height in pixels."""
-
-    field: str = ""
-    limits: tuple[float, ...] | None = None
-    surface: bool = False
-    camera: tuple[float, ...] | None = None
-    window: tuple[float, ...] | None = None
-    size: tuple[int, int] = (1280, 720)
 
 
 def render(
@@ -87,13 +71,6 @@ def _check(run: RunFrames, look: Look) -> None:
         raise SceneError("a three-dimensional run has a camera", key="--window", fix="use --camera")
 
 
-def values_of(frame: Frame, field: str) -> np.ndarray:
-    """Values (n,) of a field."""
-    if field == "speed" and field not in frame.values:
-        return np.linalg.norm(frame.values["velocity"], axis=1)
-    return frame.values[field]
-
-
 def _pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.ndarray]:
     """RGB pictures (height, width, 3) uint8."""
     if run.scene.dimension == 2:
@@ -101,17 +78,6 @@ def _pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[n
     from cases.pictures.render3d import pictures
 
     return pictures(run, look, frames)
-
-
-def limits(run: RunFrames, look: Look, field: str) -> tuple[float, float]:
-    """The values at the ends of the colours."""
-    return look.limits or (0.0, top(run.scene, field))
-
-
-def caption(field: str) -> str:
-    """Name and units of a field."""
-    units = field_of(field).units
-    return f"{field.replace('_', ' ')}" + (f" [{units}]" if units else "")
 
 
 def _flat(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.ndarray]:

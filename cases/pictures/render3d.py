@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from cases.pictures.frames import Frame, Mesh, RunFrames
-from cases.pictures.render import Look, caption, limits, values_of
+from cases.pictures.look import Look, caption, limits, values_of
 from fsi.extras import require
 from fsi.record.colours import colour_map
 

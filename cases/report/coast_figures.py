@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -21,12 +21,13 @@ LEAST_ANGLE = (
 RUNUP_SHARE = 0.02  # of the waves that exceed the run-up R2%
 
 
-def coast_figures(part, scene: Scene, period: float | None, regular: bool) -> Iterator[Figure]:
-    """All of them; `part` is the settled part of a run's dataset, `period` [s] that of regular waves or of the peak."""
+def coast_figures(part, scene: Scene, period: float | None, regular: bool, settled: Callable) -> Iterator[Figure]:
+    """All of them; `part` is the settled part of a run's dataset, `period` [s] that of regular waves or of the peak, `settled`
+    gives the time [s] at which the waves of a scene have come to a place [m]."""
     yield from _loads(part)
     yield from _overtopping(part, scene, period, regular)
     yield from _shore(part, period)
-    yield from reflection(part, scene, period, regular)
+    yield from reflection(part, scene, period, regular, settled)
 
 
 def _loads(part) -> Iterator[Figure]:
@@ -112,47 +113,51 @@ def peaks(values: np.ndarray, apart: int) -> np.ndarray:
     return values[np.flatnonzero(top & np.append(True, ~top[:-1]))]
 
 
-def reflection(part, scene: Scene, period: float | None, regular: bool) -> Iterator[Figure]:
+def reflection(part, scene: Scene, period: float | None, regular: bool, settled: Callable) -> Iterator[Figure]:
     """Heights of the incident and the reflected waves and their ratio, from all gauges before the first body and the damping
-    zones, by least squares (Mansard & Funke 1980; Zelt & Skjelbreia 1992). Nothing where there are fewer than two, or where
-    they stand so that they cannot tell the two apart."""
-    names = separating_gauges(part, scene)
+    zones, by least squares (Mansard & Funke 1980; Zelt & Skjelbreia 1992), from when the reflected waves are back at all of
+    them. Nothing where there are fewer than two gauges, or where they cannot tell the two apart, or the run is too short."""
+    names, end = separating_gauges(part, scene)
     if period is None or len(names) < 2:
         return
     x = np.array([scene.gauges[name].x for name in names])
+    part = part.sel(time=slice(settled(scene, 2 * end - float(x.min())) - 1e-9, None))
+    lasts = float(part.time[-1] - part.time[0]) if part.sizes["time"] > 1 else 0.0
+    periods = math.floor(lasts / period + 1e-6)
+    if periods < (1 if regular else 10):
+        return
+    if regular:
+        part = part.sel(time=slice(float(part.time[-1]) - periods * period - 1e-9, None))
     eta = np.stack([part.elevation.sel(gauge=name).values for name in names])
     if not np.isfinite(eta).all():
         return
-    time, depth, g = part.time.values, wave_depth(scene), scene.gravity
-    if regular:
-        found = separate_regular(time, eta, x, period, depth, g)
-        what = "height of the first harmonic of the"
-    else:
-        found = separate_sea(time, eta, x, period, depth, g)
-        what = "significant height of the"
+    separate = separate_regular if regular else separate_sea
+    found = separate(part.time.values, eta, x, period, wave_depth(scene), scene.gravity)
     if found is None:
         return
     incident, reflected = found
+    what = "height of the first harmonic of the" if regular else "significant height of the"
     yield Figure("incident_height", incident, "m", f"{what} incident waves")
     yield Figure("reflected_height", reflected, "m", f"{what} reflected waves")
     if incident > 0:
         yield Figure("reflection_coefficient", reflected / incident, "1", "reflected over incident wave height")
 
 
-def separating_gauges(part, scene: Scene) -> list[str]:
-    """Names of the gauges between piston and structure, in the order of the scene."""
+def separating_gauges(part, scene: Scene) -> tuple[list[str], float]:
+    """Names of the gauges between the piston and what may reflect its waves, and where that is [m]: the first body, the
+    beginning of a damping zone, or the end of the tank."""
     if scene.waves is None or "gauge" not in part.dims:
-        return []
+        return [], 0.0
     ends = [min(zone.start, zone.end) for zone in scene.damping if zone.axis == "x"]
     if "body_position" in part:
         ends.append(float(part.body_position.isel(time=0).sel(axis="x").min()))
-    end, middle = min(ends, default=math.inf), scene.gauges
+    end, middle = min(ends, default=scene.tank.max[0]), scene.gauges
     near = [n for n in map(str, part.gauge.values) if n in middle and middle[n].x < end]
     rows = {n: (middle[n].y if scene.dimension == 3 else 0.0) for n in near}
     if not near:
-        return []
+        return [], end
     row = max(rows.values(), key=list(rows.values()).count)  # those one behind the other
-    return [n for n in near if rows[n] == row]
+    return [n for n in near if rows[n] == row], end
 
 
 def separate_regular(time, eta, x, period: float, depth: float, g: float) -> tuple[float, float] | None:

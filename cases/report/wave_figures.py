@@ -109,7 +109,7 @@ def figures(data, scene: Scene, *, start: float | None = None, device_width: flo
         *_bodies(part),
         *_gauges(part, scene, period),
         *_probes(part),
-        *coast_figures(part, scene, period, is_regular(scene)),
+        *coast_figures(part, scene, period, is_regular(scene), settled),
     ]
 
 

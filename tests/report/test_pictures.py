@@ -9,7 +9,8 @@ import pytest
 import fsi
 from cases.pictures.export import export
 from cases.pictures.frames import RunFrames
-from cases.pictures.render import Look, render
+from cases.pictures.look import Look
+from cases.pictures.render import render
 from cases.pictures.surface import surface
 from cases.pictures.vtkhdf import PolyDataFile
 from fsi.errors import SceneError
@@ -42,12 +43,7 @@ def test_instruments_are_in_the_dataset_and_the_report(run):
     assert data.velocimeter.values.tolist() == ["adv[0]", "adv[1]"]
     assert float(abs(data.passed_volume[-1, 0])) <= DR**2
     page = fsi.report(run).read_text()
-    for words in (
-        "Loads on fixed structures",
-        "largest force on the structure",
-        "mean discharge",
-        "velocity of the fluid",
-    ):
+    for words in ("Loads on fixed structures", "largest force on the structure", "mean discharge"):
         assert words in page
 
 
