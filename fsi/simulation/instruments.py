@@ -6,6 +6,7 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.fluid.gauges import Surface, points_reading, pressure_at, row_reading
+from fsi.particles.instruments import ON_FACE
 from fsi.protocols import BodySet
 from fsi.scene.model import Gauge, Probe, Scene
 from fsi.state import Remembers
@@ -21,10 +22,20 @@ class Instruments(Remembers):
         self._surface = Surface(fluid)
         self._axes = [0, 2] if fluid.dim == 2 else [0, 1, 2]
         self._riders = {n: _Rider(n, p, bodies, self._axes) for n, p in scene.probes.items() if p.body or p.site}
+        self._check_riders()
         self.discharge = self._depths = None
         self._shores, self._floods = (), ()
         if scene.fluxes or scene.runups or scene.areas or scene.depths:
             self._make_currents()
+
+    def _check_riders(self) -> None:
+        """Raise SceneError for a site within a solid, where no fluid can come."""
+        solids = [solid for _, solid in self.bodies.solids()] if self._riders else []
+        for name, rider in self._riders.items():
+            depth = -min(float(solid.clearance(rider.place()[None])[0]) for solid in solids)
+            if depth > ON_FACE * self.scene.spacing:
+                fault = f"the site is {depth:.3g} m inside a solid, where no fluid can come"
+                raise SceneError(fault, key=f"probes.{name}.site", fix="move it to the face of its body")
 
     def _make_currents(self) -> None:
         from fsi.fluid.currents import Columns, Discharge, Flood, Shore

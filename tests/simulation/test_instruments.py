@@ -10,7 +10,7 @@ from fsi.compute.reduce import SERIAL
 from fsi.errors import SceneError
 from fsi.fluid.currents import Columns, Discharge, Flood, Shore, velocity_at
 from fsi.scene.check import check_scene
-from fsi.scene.instruments import Area, RunUp
+from fsi.scene.instruments import Area, RunUp, Velocimeter
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 
@@ -187,7 +187,7 @@ def test_the_three_readings_of_a_gauge_agree_in_still_water():
 
 FLOAT = """<mujoco><worldbody><body name="raft" pos="0.5 0 0"><freejoint/>
 <geom name="hull" type="box" size="0.16 0.5 0.12" mass="38.4"/>
-<site name="keel" pos="0 0 -0.12"/></body></worldbody></mujoco>"""
+<site name="keel" pos="0 0 -0.12"/><site name="hold"/></body></worldbody></mujoco>"""
 
 
 def afloat(tmp_path, **probes):
@@ -216,6 +216,10 @@ def test_a_probe_that_rides_reads_what_a_fixed_one_does_and_moves_with_its_body(
 def test_a_probe_that_rides_on_nothing_is_refused(tmp_path):
     with pytest.raises(SceneError, match=r"probes\.a\.site: no moving wet body has a site 'nose'"):
         Simulation(afloat(tmp_path, a={"site": "nose"}))
+    with pytest.raises(SceneError, match=r"probes\.a\.site: the site is 0\.12 m inside a solid"):
+        Simulation(afloat(tmp_path, a={"site": "hold"}))
+    with pytest.raises(SceneError, match=r"velocimeters\.v: reaches 0\.12 m into a solid"):
+        Simulation(afloat(tmp_path).model_copy(update={"velocimeters": {"v": Velocimeter(position=(0.5, 0.0))}}))
     with pytest.raises(SceneError, match=r"probes\.a\.body: no moving wet body 'boat'"):
         Simulation(afloat(tmp_path, a={"position": (0.5, -0.12), "body": "boat"}))
     with pytest.raises(SceneError, match="the scene has no bodies"):
