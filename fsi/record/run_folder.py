@@ -110,7 +110,8 @@ def load_run(path: str | Path) -> Dataset:
     """The time series of a run as an `xarray.Dataset`, also of one that is still running or was killed.
 
     Dimensions `time`, `axis`, `wxyz`, `body`, `dry_body`, `joint`, `gauge`, `probe` and those of the other instruments
-    (`fsi.record.series`); every variable has `units` and `long_name`; coordinates `step` and `wall_time` run along `time`. `event_time`, `event_level` and `event_text` run
+    (`fsi.record.series`); every variable has `units` and `long_name`;
+    coordinates `step` and `wall_time` run along `time`. `event_time`, `event_level` and `event_text` run
     along `event`. Attributes: facts on the scene and on how the run ended.
     Raises SceneError where the folder holds no log.
     """
