@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from pathlib import Path
 
 from fsi.errors import SceneError
+from fsi.messages import Messages
 from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
 from fsi.runner import Run, finish
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
+from fsi.trust import trusting
 
 
 def resume(
-    directory: str | Path, *, until: float | None = None, threads: int | None = None, quiet: bool = False
+    directory: str | Path,
+    *,
+    until: float | None = None,
+    threads: int | None = None,
+    trust: bool = False,
+    quiet: bool = False,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
-    that was never stopped, bit for bit; `wall_time` apart.
+    that was never stopped, bit for bit; `wall_time` apart. `trust` lets the Python code run that the scene names (`fsi.trust`).
 
     Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
     RunError where the run fails.
     """
     path = Path(directory)
-    say = (lambda line: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
+    say = Messages(quiet)
     folder = RunFolder(path)
     folder.manifest = manifest = read_manifest(path)
     status = liveness(manifest)
@@ -42,7 +48,8 @@ def resume(
     from fsi.simulation.loop import Simulation
 
     recorders = open_recorders(scene, path, None, facts["log"])
-    sim = Simulation(scene, recorders=recorders, threads=threads)
+    with trusting(trust):
+        sim = Simulation(scene, recorders=recorders, threads=threads)
     try:
         sim.restore(state)
     except (ValueError, KeyError) as fault:

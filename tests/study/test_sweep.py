@@ -262,10 +262,10 @@ def test_a_run_that_takes_its_worker_down_is_a_row_and_the_others_go_on(here):
         'scene = "flap.toml"\nset = {bodies.flap.pto.kind = "python"}\n[parameters.pto]\nkey = "bodies.flap.pto.function"\n'
         'values = ["pto.py:crash", "pto.py:soft"]\n[parameters.width]\nkey = "tank.max[0]"\nvalues = [3.0, 3.2]\n'
     )
-    data = sweep("study.toml", workers=2, quiet=True)
+    data = sweep("study.toml", workers=2, quiet=True, trust=True)
     assert data.status.values.tolist() == [["failed", "failed"], ["done", "done"]]
     assert "its worker process died 2 times" in data.reason.values[0, 0]
-    assert (sweep("study.toml", workers=0, quiet=True).status == data.status).all()  # recorded, not tried again
+    assert (sweep("study.toml", workers=0, quiet=True, trust=True).status == data.status).all()  # recorded, not tried again
 
 
 @pytest.mark.slow
