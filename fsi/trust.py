@@ -1,4 +1,4 @@
-"""Code that a scene or a study names: it runs only where the user says so.
+"""What a scene or a study names: its code runs only where the user says so, and no file is read that has no end.
 
 A Python file is a program and may do all that its user may: read and delete files, send them away. So a power take-off of
 `kind = "python"` and the `script` of a study are refused until the user has given `--trust` (in Python `trust=True`), or has
@@ -84,3 +84,11 @@ def _listed(code: Path) -> bool:
     if relative := [folder for folder in folders if not folder.is_absolute()]:
         raise SceneError(f"'{relative[0]}' is relative to no folder", key="trust", file=file, fix="begin it with / or ~")
     return any(code.resolve().is_relative_to(folder.resolve()) for folder in folders)
+
+
+def check_bytes(file: Path, most: float, fix: str) -> None:
+    """Raise SceneError for a file that is longer than `most` bytes, or a device or a pipe, which has no end."""
+    if file.exists() and not file.is_file():
+        raise SceneError("is no file", file=file, fix="give the path of a file")
+    if file.is_file() and (size := file.stat().st_size) > most:
+        raise SceneError(f"{size / 1e6:.0f} MB, more than the {most / 1e6:.0f} MB that are read", file=file, fix=fix)

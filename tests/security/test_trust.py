@@ -124,3 +124,43 @@ def test_files_outside_the_scenes_folder_are_named(here, tmp_path_factory):
     (here / "outside.toml").write_text(TANK + waves)
     said = f"waves.file: {other}/waves.csv lies outside the scene's folder"
     assert said in command("check", "outside.toml").stderr
+
+
+def test_files_without_end_are_refused(here, monkeypatch):
+    from bodies import reading
+    from bodies.shapes import meshes
+    from fsi.scene.model import BodyFile
+
+    mesh = '<mujoco><asset><mesh name="m" file="{}"/></asset><worldbody/></mujoco>'
+    (here / "hull.stl").write_bytes(bytes(1000))
+    (here / "hull.zip").write_bytes(bytes(10))
+    monkeypatch.setattr(reading, "MOST_BYTES", 999)
+    monkeypatch.setattr(meshes, "MOST_BYTES", 999)
+    for file, fault in (("/dev/zero", "/dev/zero: is no file"), ("hull.stl", "more than the 0 MB that are read")):
+        (here / "mesh.xml").write_text(mesh.format(file))
+        with pytest.raises(SceneError, match=fault):
+            reading.read(BodyFile(mjcf=here / "mesh.xml"), 9.81, "key", "scene.toml", [])
+    for file, fault in (("hull.stl", "more than the 0 MB"), ("hull.zip", "'.zip' is no mesh format")):
+        with pytest.raises(SceneError, match=fault):
+            meshes.mesh_solid(here / file, 2)
+
+
+def test_a_forged_checkpoint_is_refused(here):
+    """One whose checksum is right and whose contents are not: too large, of objects, too deep, not what it says."""
+    import hashlib
+
+    from fsi.simulation import checkpoint
+
+    def forge(header: bytes) -> bytes:
+        rest = len(header).to_bytes(8, "little") + header
+        return checkpoint.MAGIC + hashlib.sha256(rest).digest() + rest
+
+    file = here / "1.checkpoint"
+    for state in (b'{"":["<f8",[1000000000000],0,""]}', b'{"":["O",[1],0,""]}', b'{"":["f8,O",[1],0,""]}', b'{"":[1,2]}',
+                  b'{"":["<f8",[-1],0,""]}', b"[" * 100_000, b'{"":["<f8","x",0,""]}'):  # fmt: skip
+        file.write_bytes(forge(b'{"facts": {}, "state": ' + state + b"}"))
+        with pytest.raises(SceneError):
+            checkpoint.read(file)
+    file.write_bytes(checkpoint.MAGIC + hashlib.sha256(b"").digest())
+    with pytest.raises(SceneError, match="header"):
+        checkpoint.read(file)
