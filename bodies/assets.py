@@ -30,7 +30,10 @@ def assets(mjcf: Path) -> list[Path]:
             files = [text for key, text in element.items() if key.startswith("file") and text]
             named += [(element.tag, text) for text in files]
             waiting += [mjcf.parent / text for text in files if element.tag == "include"]
-    return [_place(mjcf.parent, "" if tag in WHOLE else folders.get(FOLDER.get(tag, "meshdir"), ""), text) for tag, text in named]
+    return [
+        _place(mjcf.parent, "" if tag in WHOLE else folders.get(FOLDER.get(tag, "meshdir"), ""), text)
+        for tag, text in named
+    ]
 
 
 def _place(folder: Path, below: str, text: str) -> Path:

@@ -168,7 +168,9 @@ class PowerTakeOffs:
             else:
                 self._kinds[dof] = kind = _make(chosen, keys[joint], source)
                 if isinstance(kind, Unread):
-                    self.notes.append(f"{keys[joint]}: {chosen.function} is not run by a check, and its force is taken as 0")
+                    self.notes.append(
+                        f"{keys[joint]}: {chosen.function} is not run by a check, and its force is taken as 0"
+                    )
         self.dofs = np.array(sorted(self._kinds), int)
         self._position = model.jnt_qposadr[model.dof_jntid] if model.nv else np.zeros(0, int)
         self._latching = {dof: kind for dof, kind in self._kinds.items() if isinstance(kind, Latching)}
@@ -294,6 +296,10 @@ def _defined(path: Path) -> list[str]:
         tree = ast.parse(path.read_bytes())
     except (OSError, SyntaxError, ValueError, RecursionError) as fault:
         raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from None
-    names = [alias.asname or alias.name for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom) for alias in n.names]
-    names += [target.id for n in ast.walk(tree) if isinstance(n, ast.Assign) for target in n.targets if hasattr(target, "id")]
+    names = [
+        alias.asname or alias.name for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom) for alias in n.names
+    ]
+    names += [
+        target.id for n in ast.walk(tree) if isinstance(n, ast.Assign) for target in n.targets if hasattr(target, "id")
+    ]
     return names + [n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.ClassDef)]

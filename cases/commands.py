@@ -107,7 +107,14 @@ def sweep(
     as_json: AsJson = False,
 ) -> None:
     """Run a parameter study, or go on with one that was stopped."""
-    options = {"workers": workers, "scheduler": scheduler, "threads": threads, "retry": retry, "trust": trust, "quiet": quiet}
+    options = {
+        "workers": workers,
+        "scheduler": scheduler,
+        "threads": threads,
+        "retry": retry,
+        "trust": trust,
+        "quiet": quiet,
+    }
     result = runner.sweep(study, out=out, **options)
     from cases.study.summary import summary, summary_lines
 

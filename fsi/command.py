@@ -23,6 +23,7 @@ from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
+from fsi.simulation.signals import at_once
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
@@ -288,7 +289,8 @@ def main() -> None:
     open_closed_streams()
     code: object = 0
     try:
-        app()
+        with at_once(Messages()):
+            app()
     except SystemExit as ended:
         code = ended.code
     except OSError as fault:

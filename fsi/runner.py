@@ -130,9 +130,9 @@ def check(
     measure: int = 0,
     threads: int | None = None,
 ) -> dict[str, Any]:
-    """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
-    are run and timed (`fsi.estimate.measured`).
+    """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
+    counts, memory_bytes, steps, seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from
+    so many steps that are run and timed (`fsi.estimate.measured`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     source, (scene, label) = scene, _load(scene, overrides, until, level)

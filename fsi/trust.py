@@ -79,10 +79,14 @@ def _listed(code: Path) -> bool:
     if isinstance(trusted, bool):
         return trusted
     if not isinstance(trusted, list) or not all(isinstance(folder, str) and folder for folder in trusted):
-        raise SceneError("is neither true nor a list of folders", key="trust", file=file, fix='write trust = ["~/scenes"]')
+        raise SceneError(
+            "is neither true nor a list of folders", key="trust", file=file, fix='write trust = ["~/scenes"]'
+        )
     folders = [Path(folder).expanduser() for folder in trusted]
     if relative := [folder for folder in folders if not folder.is_absolute()]:
-        raise SceneError(f"'{relative[0]}' is relative to no folder", key="trust", file=file, fix="begin it with / or ~")
+        raise SceneError(
+            f"'{relative[0]}' is relative to no folder", key="trust", file=file, fix="begin it with / or ~"
+        )
     return any(code.resolve().is_relative_to(folder.resolve()) for folder in folders)
 
 

@@ -12,8 +12,8 @@ from bodies.shapes.distance import TriangleTree, nearest_segment
 from bodies.shapes.primitives import Placed, Together
 from bodies.shapes.shells import Shells, merged, shells
 from fsi.errors import SceneError
-from fsi.trust import check_bytes
 from fsi.protocols import Solid
+from fsi.trust import check_bytes
 
 BY_HAND = "in a CAD or mesh program (Blender: Mesh > Clean Up, Mesh > Normals, Boolean union)"
 Crop = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a box, each (dim,) [m]

@@ -46,8 +46,8 @@ def sweep(
     """Run a study, or what is left of it, into the folder `out` (`studies/NAME`); returns its `xarray.Dataset`.
 
     `workers` processes of `threads` threads each run on this machine (as many as it has cores if None; 0: in this
-    process), or those of the Dask scheduler at an address. `retry` runs failed runs again; `trust` lets the Python code run that
-    the study and its scene name (`fsi.trust`). Progress goes to stderr.
+    process), or those of the Dask scheduler at an address. `retry` runs failed runs again; `trust` lets the Python code
+    run that the study and its scene name (`fsi.trust`). Progress goes to stderr.
     Raises SceneError where the study is wrong; a run that fails is a row with its reason.
     """
     study = load_study(study)

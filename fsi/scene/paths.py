@@ -14,7 +14,9 @@ def outside_notes(scene: Scene, folder: Path, others: Iterable[Path] = ()) -> li
     and outside the installed packages that bring scenes."""
     inside = [folder.resolve(), *map(Path.resolve, plugins.packages())]
     named = [*scene_files(scene), *(("bodies", path) for path in others)]
-    far = {path: key for key, path in reversed(named) if not any(path.resolve().is_relative_to(place) for place in inside)}
+    far = {
+        path: key for key, path in reversed(named) if not any(path.resolve().is_relative_to(place) for place in inside)
+    }
     return [f"{key}: {path} lies outside the scene's folder, {folder}" for path, key in reversed(far.items())]
 
 

@@ -17,7 +17,19 @@ FORBIDDEN = {
     "couplers": {"bodies", "cases"},
     "cases": set(),
 }
-BASE = {"errors", "extras", "messages", "owners", "parts", "plugins", "progress", "protocols", "state", "tables", "trust"}
+BASE = {
+    "errors",
+    "extras",
+    "messages",
+    "owners",
+    "parts",
+    "plugins",
+    "progress",
+    "protocols",
+    "state",
+    "tables",
+    "trust",
+}
 LAYERS = (  # of fsi, from below; those in one layer know nothing of each other, but for those of the base
     BASE,
     {"compute"},

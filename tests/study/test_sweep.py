@@ -265,7 +265,9 @@ def test_a_run_that_takes_its_worker_down_is_a_row_and_the_others_go_on(here):
     data = sweep("study.toml", workers=2, quiet=True, trust=True)
     assert data.status.values.tolist() == [["failed", "failed"], ["done", "done"]]
     assert "its worker process died 2 times" in data.reason.values[0, 0]
-    assert (sweep("study.toml", workers=0, quiet=True, trust=True).status == data.status).all()  # recorded, not tried again
+    assert (
+        sweep("study.toml", workers=0, quiet=True, trust=True).status == data.status
+    ).all()  # recorded, not tried again
 
 
 @pytest.mark.slow
