@@ -131,7 +131,11 @@ def test_an_interrupted_run_goes_on_from_its_checkpoint(here, monkeypatch, left)
         (run / "run.json").write_text(json.dumps(facts))
     data = sweep("study.toml", workers=0, quiet=True)
     assert data.drop_vars("wall_seconds").equals(whole.drop_vars("wall_seconds"))
-    assert [bool(read_facts(r).get("resumed")) for r in (run, *sorted(set(run.parent.glob("*[!k]")) - {run}))] == [1, 0, 0]
+    assert [bool(read_facts(r).get("resumed")) for r in (run, *sorted(set(run.parent.glob("*[!k]")) - {run}))] == [
+        1,
+        0,
+        0,
+    ]
 
 
 def test_a_run_whose_checkpoint_is_damaged_starts_again(here, monkeypatch):
