@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from cases.torture.kills import kills
 from cases.torture.long import long
@@ -50,7 +50,7 @@ def main() -> None:
                 count * (n + 1) // len(names) - count * n // len(names) for count in (options.kills, others, damages)
             ]
             for score in _all_tests(name, Path(folder), share, dice):
-                _add(total, score)
+                total.setdefault(score.test, Score(score.test)).add(score)
     _print(total)
     sys.exit(any(score.lost for score in total.values()))
 
@@ -72,22 +72,9 @@ def _all_tests(name: str, folder: Path, share: list[int], dice: random.Random) -
     return scores
 
 
-def _add(total: dict[str, Score], score: Score) -> None:
-    """Put the score of one scene to those of the others; the remarks stand one after the other."""
-    if score.test not in total:
-        total[score.test] = score
-        return
-    whole = total[score.test]
-    whole.tries, whole.survived, whole.lost = (
-        whole.tries + score.tries,
-        whole.survived + score.survived,
-        whole.lost + score.lost,
-    )
-    whole.remark = "; ".join(filter(None, (whole.remark, score.remark)))
-
-
 def _print(total: dict[str, Score]) -> None:
-    table = Table("test", *map(_right, ("tries", "survived", "lost")), "by scene")
+    figures = (Column(name, justify="right") for name in ("tries", "survived", "lost"))
+    table = Table("test", *figures, "besides")
     for score in total.values():
         table.add_row(
             score.test, str(score.tries), str(score.survived), str(score.tries - score.survived), score.remark
@@ -97,12 +84,6 @@ def _print(total: dict[str, Score]) -> None:
     console.print(table)
     for score in total.values():
         print(*score.lost, sep="\n", end="\n" if score.lost else "")
-
-
-def _right(name: str):
-    from rich.table import Column
-
-    return Column(name, justify="right")
 
 
 if __name__ == "__main__":

@@ -22,27 +22,26 @@ BOUND = 2.0  # wall time [s]: what a SIGKILL may take of the log, and what a run
 def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
     """End runs of a scene so many times, half of them by SIGKILL; each run that was hit is resumed until it is done."""
     killed, caught, whole = Score("kills (SIGKILL)"), Score("signals"), Score("resumed runs")
-    reference, attempt, resumes, slowest = load(subject.whole), 0, 0, 0.0
+    reference, attempt = load(subject.whole), 0
     while killed.tries + caught.tries < count:
         attempt += 1
         folder = subject.new("kill", attempt)
         while not is_done(folder) and killed.tries + caught.tries < count:
             number = dice.choice((signal.SIGKILL, dice.choice(CAUGHT)))
-            resumes += any(folder.glob("checkpoints/*.checkpoint"))
+            whole.counts["resumes"] += any(folder.glob("checkpoints/*.checkpoint"))
             sent, ended = _hit(subject, folder, dice.uniform(0.0, 0.7) * subject.seconds, number, dice.choice((1, 2)))
             if sent is None:
                 continue
             score = killed if number == signal.SIGKILL else caught
             faults = _look(folder, reference, number, sent)
             if number != signal.SIGKILL:
-                slowest = max(slowest, ended)
+                caught.slowest_end = max(caught.slowest_end, ended)
                 faults += [f"took {ended:.1f} s to end"] if ended > BOUND else []
             score.book(f"{subject.name} by {signal.Signals(number).name}", faults)
-        while not is_done(folder) and wait(fork(lambda to=folder: go(subject.scene, to))) == 0:
-            resumes += 1
+        if not is_done(folder):
+            whole.counts["resumes"] += any(folder.glob("checkpoints/*.checkpoint"))
+            wait(fork(lambda to=folder: go(subject.scene, to)))
         whole.book(subject.name, compared(folder, subject.whole) if is_done(folder) else ["cannot be resumed"])
-    caught.remark = f"ended within {slowest:.2f} s"
-    whole.remark = f"{resumes} resumes, the same bit for bit"
     return [killed, caught, whole]
 
 

@@ -75,7 +75,7 @@ def _deaf(subject: Subject, folder: Path, which: tuple[int, ...], how: str, afte
 def full_disk(subject: Subject, count: int, dice: random.Random) -> Score:
     """No file may grow beyond a random size, which is how a full disk looks to one who writes: the run fails and says why, what
     it logged before is right, and it can be resumed, or run again, when there is room."""
-    score, resumed = Score("full disk"), 0
+    score = Score("full disk")
     largest = max(file.stat().st_size for file in subject.whole.glob("run.*"))
     reference = load(subject.whole)
     for number in range(count):
@@ -83,14 +83,13 @@ def full_disk(subject: Subject, count: int, dice: random.Random) -> Score:
         limit = int(largest ** dice.uniform(0.5, 1.02))
         code = wait(fork(lambda: _within(limit, subject, folder)))  # noqa: B023
         faults = _after_full_disk(folder, code, reference)
-        resumed += any(folder.glob("checkpoints/*.checkpoint"))
+        score.counts["of them resumed"] += any(folder.glob("checkpoints/*.checkpoint"))
         if not is_done(folder):
             code = wait(fork(lambda: go(subject.scene, folder)))  # noqa: B023
             faults += [f"exit code {code} when there was room again"] if code != DONE else []
         score.book(
             f"{subject.name}, {limit} bytes", faults + (compare(folder, subject.whole) if is_done(folder) else [])
         )
-    score.remark = f"{resumed} of them resumed"
     return score
 
 
@@ -122,18 +121,18 @@ def damage(subject: Subject, count: int, dice: random.Random) -> Score:
     score = Score("damaged logs")
     folder, reference = subject.new("damage", 0), load(subject.whole)
     shutil.copytree(subject.whole, folder)
-    data, refused = (folder / "run.mcap").read_bytes(), 0
+    data = (folder / "run.mcap").read_bytes()
     for _ in range(count):
         kind, at = dice.choice(("flipped bit", "cut", "zeros", "swapped")), dice.randrange(len(data))
         (folder / "run.mcap").write_bytes(_damaged(data, kind, at, dice))
         try:
             faults = _read(folder, reference)
         except SceneError:
-            faults, refused = [], refused + 1
+            faults = []
+            score.counts["refused as a whole"] += 1
         except Exception as fault:
             faults = [f"{type(fault).__name__}: {fault}"]
         score.book(f"{subject.name}, {kind} at {at}", faults)
-    score.remark = f"{refused} refused as a whole"
     return score
 
 

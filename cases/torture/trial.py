@@ -11,6 +11,7 @@ import signal
 import sys
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,9 +29,9 @@ from fsi.scene.model import Scene
 FLAP = ("spacing=0.07", "tank.max=[5.0, 0.49]", "bodies.flap.position=[2.1, 0.0, 0.0]", "gauges.lee.x=3.0",
         "damping[0].start=4.0", "damping[0].end=5.0", "probes=", "duration=1.0")  # fmt: skip
 SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "channel": (CHANNEL, ("spacing=0.025", "duration=4.0")),
-    "layers": (LAYERS, ("spacing=0.025", "duration=1.0")),
-    "sea": (SEA, ("spacing=0.06", "tank.min=[0.0, -0.48]", "duration=1.5")),
+    "channel": (CHANNEL, ("spacing=0.025", "duration=6.0")),
+    "layers": (LAYERS, ("spacing=0.025", "duration=1.6")),
+    "sea": (SEA, ("spacing=0.06", "tank.min=[0.0, -0.48]", "duration=4.0")),
     "box": ("floating_box_2d", ("spacing=0.05", "duration=2.0")),
     "flap": (
         "flap",
@@ -38,7 +39,7 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "slide": (
         "slide_submarine_contact",
-        ("spacing=0.05", "tank.min=[-0.025, -1]", "tank.max=[3.975, 0.5]", "duration=0.6"),
+        ("spacing=0.05", "tank.min=[-0.025, -1]", "tank.max=[3.975, 0.5]", "duration=0.3"),
     ),
 }
 OUTPUT = ("output.checkpoint=0.05", "output.series=0.005", "output.particles=0.05")
@@ -48,19 +49,32 @@ PATIENCE = 120.0  # [s] that a process may take to end
 
 @dataclass
 class Score:
-    """Of one test: how often it was tried, how often nothing was lost, what was lost in words, and a remark on it all."""
+    """Of one test: how often it was tried, how often nothing was lost, what was lost in words; and what else was counted."""
 
     test: str
     tries: int = 0
     survived: int = 0
     lost: list[str] = field(default_factory=list)
-    remark: str = ""
+    counts: Counter = field(default_factory=Counter)
+    slowest_end: float = 0.0  # from a signal to the end of the process [s]
 
     def book(self, where: str, faults: list[str]) -> None:
         """One more try, with what was wrong afterwards."""
         self.tries += 1
         self.survived += not faults
         self.lost += [f"{self.test}, {where}: {fault}" for fault in faults]
+
+    def add(self, other: Score) -> None:
+        """Put the score of the same test on another scene to this one."""
+        self.tries, self.survived = self.tries + other.tries, self.survived + other.survived
+        self.lost, self.counts = self.lost + other.lost, self.counts + other.counts
+        self.slowest_end = max(self.slowest_end, other.slowest_end)
+
+    @property
+    def remark(self) -> str:
+        """What else was counted, in words."""
+        slowest = [f"the slowest ended within {self.slowest_end:.2f} s"] if self.slowest_end else []
+        return ", ".join([*slowest, *(f"{count} {what}" for what, count in self.counts.items())])
 
 
 @dataclass(frozen=True)
