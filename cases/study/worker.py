@@ -144,7 +144,7 @@ def _resumed(job: Job) -> bool:
     if facts.get("status") not in ("running", "interrupted", "killed") or not files(job.folder):
         return False
     if facts["status"] == "running":  # by whom the lock was held, who is no more, on whatever machine
-        replace(job.folder / "run.json", json.dumps(facts | {"status": "killed"}, indent=2))
+        record_failure(job.folder, "its process ended without a word")
     from fsi.resuming import resume
 
     try:
