@@ -17,13 +17,14 @@ from typer.core import TyperCommand, TyperGroup
 
 import fsi
 from fsi import plugins, runner
-from fsi.errors import RunError, SceneError
+from fsi.errors import RunError, SceneError, short
 from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 from fsi.simulation.signals import at_once
+from fsi.strict_json import dumps
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
@@ -104,6 +105,10 @@ def exit_codes() -> Iterator[None]:
         code = _fail(error, FAILED)
     except KeyboardInterrupt:
         code = _fail("interrupted", INTERRUPTED)
+    except OSError as fault:
+        if not fault.filename:
+            raise
+        code = _fail(f"{short(fault.filename)}: {fault.strerror}", WRONG_INPUT)
     else:
         return
     raise typer.Exit(code)
@@ -155,7 +160,7 @@ def run(
             quiet=quiet,
         )
         if as_json:
-            _result(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
+            _result(dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
             lost = f", {result.lost_particles} particles lost" if result.lost_particles else ""
             _result(
@@ -184,7 +189,7 @@ def check(
             scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads
         )
         if as_json:
-            print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
+            print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
         for line in (*result["waves"], *_estimate_lines(result["estimate"])):

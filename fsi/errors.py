@@ -10,5 +10,11 @@ class SceneError(ValueError):
         super().__init__((f"{place}: " if place else "") + fault + (f"; {fix}" if fix else ""))
 
 
+def short(path: object) -> str:
+    """A path as messages have it: of one that fills the screen, the beginning and the length."""
+    text = str(path)
+    return text if len(text) < 300 else f"{text[:100]}... ({len(text)} characters)"
+
+
 class RunError(RuntimeError):
     """The run failed: unstable, particles lost beyond repair, or the disk is full."""

@@ -74,18 +74,18 @@ def run(
     warnings = _warnings(scene, bodies, ground, label)
     for line in (*warnings, *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)):
         say(line)
-    folder = RunFolder.choose(scene, out)
     from fsi.estimate import check_room
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    viewer = _viewer() if live else None
-    recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
-    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
-    check_room(scene, bodies, sim.counts["fluid"], folder.path)
-    folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
-    say(f"writing to {folder.path}")
-    return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+    with RunFolder.choose(scene, out) as folder:
+        viewer = _viewer() if live else None
+        recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
+        sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+        check_room(scene, bodies, sim.counts["fluid"], folder.path)
+        folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
+        say(f"writing to {folder.path}")
+        return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
 
 
 def finish(

@@ -46,12 +46,17 @@ class Session:
 
     def __init__(self, scene: Scene, out: str | Path | None = None, threads: int | None = None):
         self.scene = scene
-        self._stack = ExitStack()
+        with ExitStack() as self._stack:  # what is open so far is closed where the rest fails
+            self._open(scene, out, threads)
+            self._stack = self._stack.pop_all()
+        self._closed = False
+
+    def _open(self, scene: Scene, out: str | Path | None, threads: int | None) -> None:
         folder, recorders = None, []
         if out is not None:
             from fsi.record.background import open_recorders
 
-            folder = RunFolder.choose(scene, out)
+            folder = self._stack.enter_context(RunFolder.choose(scene, out))
             recorders = open_recorders(scene, folder.path)
         self.simulation = Simulation(scene, recorders=recorders, threads=threads)
         self._stack.callback(self.simulation.close)
@@ -60,7 +65,6 @@ class Session:
 
             folder.create(scene, threads=self.simulation.threads, particles=self.simulation.counts)
             self._stack.enter_context(logged(self.simulation, folder, recorders))
-        self._closed = False
 
     def __enter__(self) -> Session:
         return self

@@ -17,6 +17,7 @@ import numpy as np
 from fsi.extras import require
 from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import levels, raster, spatial
+from fsi.record.files import same_place
 from fsi.record.series import SERIES, column_names, describe, labels
 from fsi.record.timeline_layout import ENERGIES, blueprint, class_of, classes, log_legend
 from fsi.scene.geometry import fluid_depth
@@ -58,6 +59,7 @@ class TimelineRecorder:
         else:  # rerun cannot append: it writes beside, and what it has written is added to the file
             self._sink = self._path.with_suffix(".rrd.part")
             os.truncate(self._path, self._keep)
+        self._place = self._path.stat()
         self._stream = rr.RecordingStream("spindrift", recording_id=self._name, send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
@@ -102,11 +104,16 @@ class TimelineRecorder:
         return {"timeline": (self._path.stat().st_size, self._name)}
 
     def tick(self) -> None:
-        """Called about every second: what has waited for so long goes into the file."""
+        """Called about twice a second. OSError where the file was taken away."""
+        same_place(self._path, self._place)
+
+    def idle(self) -> None:
+        """Called where nothing is to be done: what has waited for long goes into the file."""
         if clock.monotonic() - self._written > WAIT:
             self._write_series()
 
     def end(self) -> None:
+        same_place(self._path, self._place)
         self._write_series()
         self._stream.disconnect()
         if self._sink != self._path:

@@ -31,6 +31,8 @@ def carry_out(
 
         def step(sim: Simulation) -> None:
             on_step(sim)
+            if folder.fault:
+                raise RunError(f"{folder.path} can no longer be written: {folder.fault}")
             if interruption.number is not None and checkpoints:
                 checkpoints.take()
             interruption.check()
@@ -50,7 +52,7 @@ def logged(
     None where the scene wants none. Raises RunError where something could not be written."""
     every = sim.scene.output.checkpoint
     checkpoints = Checkpoints(sim, folder.path, every, say) if every else None
-    with _manifest(folder, sim, checkpoints), _heartbeat(folder):
+    with _manifest(folder, sim, checkpoints, say), _heartbeat(folder):
         try:
             with _closing(recorders, sim, say):
                 yield checkpoints
@@ -77,8 +79,7 @@ def _heartbeat(folder: RunFolder) -> Iterator[None]:
 
     def beat() -> None:
         while not over.wait(BEAT):
-            with suppress(OSError):
-                folder.beat()
+            folder.beat()
 
     thread = threading.Thread(target=beat, name="heartbeat", daemon=True)
     thread.start()
@@ -90,7 +91,9 @@ def _heartbeat(folder: RunFolder) -> Iterator[None]:
 
 
 @contextmanager
-def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None) -> Iterator[None]:
+def _manifest(
+    folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None, say: Callable[[str], None]
+) -> Iterator[None]:
     status, reason = "failed", ""
     try:
         yield
@@ -107,7 +110,10 @@ def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | Non
         try:
             folder.write(**facts)
         except OSError as fault:
-            raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
+            text = f"{folder.path}/run.json could not be written: {fault.strerror}"
+            if status != "failed":
+                raise RunError(text) from None
+            say(text)  # the run's own error is the one raised
 
 
 def outcome(sim: Simulation) -> dict:
