@@ -146,7 +146,7 @@ class McapRecorder:
 def _copy(path: Path, log: LogWriter, keep: int) -> None:
     """Write the first `keep` messages of a file to a log. OSError where the file does not hold them all."""
     file = read_file(path)
-    if file.damaged and file.gaps:
+    if file.gaps or file.unknown:
         raise OSError(f"{path} is damaged: the run cannot go on from it; run the scene again in another folder")
     for channel, step, stamp, data in entries(file):
         if log.count == keep:

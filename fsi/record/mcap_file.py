@@ -22,7 +22,7 @@ from mcap.records import Channel, Metadata
 from fsi.errors import SceneError
 
 MAGIC = b"\x89MCAP0\r\n"
-HEADER, FOOTER, CHANNEL, MESSAGE, CHUNK, INDEX, METADATA = 1, 2, 4, 5, 6, 7, 12  # opcodes
+HEADER, FOOTER, CHANNEL, MESSAGE, CHUNK, INDEX, STATISTICS, METADATA = 1, 2, 4, 5, 6, 7, 11, 12  # opcodes
 DATA_END = b"\x0f\x04\0\0\0\0\0\0\0"  # opcode and length of the record after the last chunk
 MARK = b"\x04\0\0\0zstd"  # in the head of every chunk: the name of its compression
 CHUNK_HEAD = struct.Struct(
@@ -47,8 +47,8 @@ FACTS = {
 class LogFile:
     """What of a log can be trusted: the records of each chunk, the channels by number, facts on the scene (empty where they
     are damaged). `closed`: all chunks were written; `complete`: and the summary after them. `gaps` are the numbers of the
-    chunks before which others are lost (their count: at the end); `damaged` where anything is not as it was written, were
-    it an index that nothing is read from."""
+    chunks before which others are lost (their count: at the end), `unknown` says that some are lost without a trace;
+    `damaged` where anything is not as it was written, were it an index that nothing is read from."""
 
     chunks: list[bytes] = field(default_factory=list)
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -56,6 +56,7 @@ class LogFile:
     closed: bool = False
     complete: bool = False
     gaps: list[int] = field(default_factory=list)
+    unknown: bool = False
     damaged: bool = False
 
 
@@ -83,7 +84,7 @@ def read_file(path: Path) -> LogFile:
     log.scene = next(_metadata(data, b"scene"), {})
     log.damaged = not log.scene or not data.startswith(MAGIC) or summary == b""
     log.channels = dict(_known_channels(data, summary or b""))
-    _find_gaps(log, data, places)
+    _find_gaps(log, data, places, summary or b"")
     return log
 
 
@@ -178,22 +179,25 @@ def _channel(content: bytes) -> Channel:
     return Channel.read(ReadDataStream(BytesIO(content)))
 
 
-def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> None:
-    """Where chunks are lost: the records between two that were found are their indices and nothing else."""
-    at = _skip(data, len(MAGIC), (HEADER, METADATA))
+def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]], summary: bytes) -> None:
+    """Where chunks are lost: between two that were found stands the index of the first, whose length follows from its
+    messages, and nothing else but metadata."""
+    at, count = _skip(data, len(MAGIC), (HEADER, METADATA)), 0
     for n, (start, end) in enumerate(places):
         if at != start:
             log.damaged = True
-            exact = _skip(data, places[n - 1][1] + _index_size(log.chunks[n - 1]), (METADATA,)) if n else start
-            if exact != start or (n == 0 and _first_step(log.chunks[0]) > 0):
+            if n or _first_step(log.chunks[0]) > 0:
                 log.gaps.append(n)
-        at = _skip(data, end, (INDEX, METADATA))
-    if places:
-        at = _skip(data, places[-1][1] + _index_size(log.chunks[-1]), (METADATA,))
+        counts = _counts(log.chunks[n])
+        count += sum(counts.values())
+        at = _skip(data, end + sum(9 + 2 + 4 + 16 * entries for entries in counts.values()), (METADATA,))
+        log.damaged |= _skip(data, end, (INDEX, METADATA)) != at
     log.closed = data[at : at + 9] == DATA_END
     if not log.closed and (log.complete or not _torn(data, at)):
         log.damaged = True
         log.gaps.append(len(places))
+    if not log.gaps and count != _stated(summary, count):
+        log.damaged = log.unknown = True
 
 
 def _torn(data: bytes, at: int) -> bool:
@@ -210,15 +214,28 @@ def _skip(data: bytes, at: int, opcodes: tuple[int, ...]) -> int:
     return at
 
 
-def _index_size(records: bytes) -> int:
-    """Bytes of the index records of a chunk: one for each channel, with a time and a place for each message."""
+def _counts(records: bytes) -> Counter:
+    """Channel -> messages in a chunk; the index of each takes a time and a place for every one."""
     counts: Counter = Counter()
-    at = 0
-    while at < len(records):
+    at, last, unpack = 0, len(records), MESSAGE_HEAD.unpack_from
+    while at < last:
         if records[at] == MESSAGE:
-            counts[MESSAGE_HEAD.unpack_from(records, at)[2]] += 1
-        at += 9 + _length(records, at)
-    return sum(9 + 2 + 4 + 16 * count for count in counts.values())
+            _, length, channel, *_ = unpack(records, at)
+            counts[channel] += 1
+            at += 9 + length
+        else:
+            at += 9 + _length(records, at)
+    return counts
+
+
+def _stated(summary: bytes, otherwise: int) -> int:
+    """Messages of the whole file, as its summary has them."""
+    at = 0
+    while at < len(summary):
+        if summary[at] == STATISTICS:
+            return struct.unpack_from("<Q", summary, at + 9)[0]
+        at += 9 + _length(summary, at)
+    return otherwise
 
 
 def _first_step(records: bytes) -> int:

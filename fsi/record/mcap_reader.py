@@ -164,7 +164,7 @@ def read_log(path: Path) -> RunLog:
     times = np.array([reading.times[step] for step in steps.tolist()], float).reshape(-1, 2)
     variables = {name: _variable(name, rows, steps) for name, rows in reading.rows.items()}
     lost = _lost(file, reading, steps, times[:, 0])
-    if reading.strange:
+    if reading.strange or file.unknown:
         lost = [(None, None)]
     return RunLog(
         times[:, 0], steps, times[:, 1], variables, reading.events, file.scene, file.complete, file.closed, lost,

@@ -218,10 +218,10 @@ def read_manifest(path: str | Path) -> dict:
             raise ValueError
         return {"status": "", "reason": "", "versions": {}} | found
     except FileNotFoundError:
-        raise SceneError(f"{path} holds no run", fix="give the folder that `fsi run` named") from None
+        raise SceneError(f"{short(path)} holds no run", fix="give the folder that `fsi run` named") from None
     except (OSError, ValueError) as fault:
         why = getattr(fault, "strerror", None) or "run.json is damaged"
-        raise SceneError(f"{path} holds no run: {why}", fix="give the folder that `fsi run` named") from None
+        raise SceneError(f"{short(path)} holds no run: {why}", fix="give the folder that `fsi run` named") from None
 
 
 def process() -> dict:

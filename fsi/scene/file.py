@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fsi import plugins
-from fsi.errors import SceneError, short
+from fsi.errors import SceneError
 from fsi.scene.check import check_scene
 from fsi.scene.faults import fault_lines
 from fsi.scene.model import Scene
@@ -79,7 +79,7 @@ def _find(source: str | Path) -> Path:
             return path
     except (OSError, RuntimeError, ValueError) as fault:  # too long, a home that is not there, a null byte
         why = getattr(fault, "strerror", None) or str(fault)
-        raise SceneError(f"cannot be read: {why}", file=short(source), fix="check the path") from None
+        raise SceneError(f"cannot be read: {why}", file=source, fix="check the path") from None
     builtin = builtin_scenes()
     name = str(source)
     if name in builtin:
