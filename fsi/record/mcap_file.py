@@ -166,7 +166,7 @@ def _known_channels(data: bytes, summary: bytes) -> Iterator[tuple[int, Channel]
     for facts in _metadata(data, b"channels"):
         for number, text in facts.items():
             topic, metadata = json.loads(text)
-            yield int(number), Channel(int(number), "protobuf", metadata, topic, 0)
+            yield int(number), Channel(int(number), topic, "protobuf", metadata, 0)
     at = 0
     while at < len(summary):
         if summary[at] == CHANNEL:
