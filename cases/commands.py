@@ -147,4 +147,4 @@ def schema() -> None:
     """Print the JSON schema of a scene file, for editors."""
     from fsi.scene.schema import scene_schema
 
-    print(json.dumps(scene_schema(), indent=2))
+    print(dumps(scene_schema(), indent=2))

@@ -208,7 +208,9 @@ def test_warnings_of_libraries_go_into_the_log(here, solver, monkeypatch):  # no
     assert "RuntimeWarning: an odd matrix" in list(fsi.load_run("runs/small").event_text.values)
 
 
-@pytest.mark.parametrize("arguments", [("run",), ("check",), ("view",), ("export",), ("report",), ("resume",), ("sweep",)])
+@pytest.mark.parametrize(
+    "arguments", [("run",), ("check",), ("view",), ("export",), ("report",), ("resume",), ("sweep",)]
+)
 @pytest.mark.parametrize("path", ["x" * 5000, "x/" * 2500, "~no_such_user/x"])
 def test_paths_that_no_system_has_are_one_line(here, arguments, path):  # noqa: F811
     result = command(*arguments, path)
