@@ -31,6 +31,7 @@ CHUNK_HEAD = struct.Struct(
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence number, log time, publish time
 FOOTER_END = struct.Struct("<BQQQI")  # opcode, length, start of the summary, start of its offsets, checksum
 LIMIT = 2**31  # bytes of the records of a chunk
+SEAL = "crc"  # key of metadata whose value is the checksum of the others
 FACTS = {
     "name",
     "dimension",
@@ -62,7 +63,8 @@ class LogFile:
 
 def sealed(facts: dict[str, str]) -> dict[str, str]:
     """Metadata with a checksum of their own, which MCAP does not have."""
-    return facts | {"crc": str(zlib.crc32(json.dumps(sorted(facts.items())).encode()))}
+    rest = sorted((key, value) for key, value in facts.items() if key != SEAL)
+    return facts | {SEAL: str(zlib.crc32(json.dumps(rest).encode()))}
 
 
 def read_file(path: Path) -> LogFile:
@@ -79,12 +81,13 @@ def read_file(path: Path) -> LogFile:
         log.chunks.append(records)
     if not log.chunks and not data.startswith(MAGIC):
         raise SceneError("not an MCAP file", file=path, fix="give the folder of a run")
-    summary = _summary(data)
-    log.complete = summary is not None
-    log.scene = next(_metadata(data, b"scene"), {})
-    log.damaged = not log.scene or not data.startswith(MAGIC) or summary == b""
-    log.channels = dict(_known_channels(data, summary or b""))
-    _find_gaps(log, data, places, summary or b"")
+    log.damaged = not data.startswith(MAGIC)
+    end = _find_gaps(log, data, places)
+    summary = _take_summary(log, data, end)
+    copies = list(_metadata(data, b"scene"))  # at the beginning, and where the log was closed at its end
+    log.scene = dict(copies[0]) if copies else {}
+    log.damaged |= len(copies) < (2 if log.complete and log.scene.pop(SEAL, None) else 1)
+    log.channels = dict(_known_channels(data, summary))
     return log
 
 
@@ -133,20 +136,34 @@ def _length(data: bytes, at: int) -> int:
     return struct.unpack_from("<Q", data, at + 1)[0]
 
 
-def _summary(data: bytes) -> bytes | None:
-    """The summary of a file that was closed, empty where its checksum is wrong; None of one that was not."""
+def _footer(data: bytes) -> tuple[int, int, int] | None:
+    """Of a file that was closed: where its footer is, where the summary was written to, and the checksum of both."""
     at = len(data) - len(MAGIC) - FOOTER_END.size
     if at < 0 or not data.endswith(MAGIC):
         return None
     opcode, length, start, _, checksum = FOOTER_END.unpack_from(data, at)
-    if (opcode, length) != (FOOTER, FOOTER_END.size - 9):
-        return None
-    right = 0 < start <= at and zlib.crc32(memoryview(data)[start : at + FOOTER_END.size - 4]) == checksum
-    return data[start:at] if right else b""
+    return (at, start, checksum) if (opcode, length) == (FOOTER, FOOTER_END.size - 9) else None
+
+
+def _take_summary(log: LogFile, data: bytes, end: int) -> bytes:
+    """The summary of a file whose data end there, empty where there is none or its checksum is wrong. What it says of the
+    length of the data and of the number of messages tells of chunks that are lost without a trace."""
+    footer = _footer(data)
+    log.complete = footer is not None
+    if footer is None:
+        return b""
+    (at, start, checksum), own = footer, end + len(DATA_END) + 4  # with a checksum that is not used
+    right = log.closed and zlib.crc32(memoryview(data)[own : at + FOOTER_END.size - 4]) == checksum
+    summary = data[own:at] if right else b""
+    count = sum(sum(_counts(records).values()) for records in log.chunks)
+    log.damaged |= not right
+    if right and not log.gaps and (start != own or count != _stated(summary, count)):
+        log.damaged = log.unknown = True
+    return summary
 
 
 def _metadata(data: bytes, name: bytes) -> Iterator[dict[str, str]]:
-    """Metadata records of that name whose checksum is right, without it."""
+    """Metadata records of that name whose checksum is right."""
     mark, at = struct.pack("<I", len(name)) + name, 0
     while (at := data.find(mark, at)) >= 0:
         start, at = at, at + 1
@@ -156,17 +173,17 @@ def _metadata(data: bytes, name: bytes) -> Iterator[dict[str, str]]:
             facts = Metadata.read(ReadDataStream(BytesIO(data[start : start + _length(data, start - 9)]))).metadata
         except Exception:  # of any kind: a damaged record fails wherever the damage is
             continue
-        checksum = facts.pop("crc", None)
-        if sealed(facts)["crc"] == checksum or (checksum is None and set(facts) == FACTS):
+        if set(facts) == FACTS or sealed(facts) == facts:
             yield facts
 
 
 def _known_channels(data: bytes, summary: bytes) -> Iterator[tuple[int, Channel]]:
     """Channels by number, from where they stand beside the chunks: in metadata, and in the summary of a closed file."""
     for facts in _metadata(data, b"channels"):
-        for number, text in facts.items():
+        for number, text in facts.items() - {(SEAL, facts[SEAL])}:
             topic, metadata = json.loads(text)
-            yield int(number), Channel(int(number), topic, "protobuf", metadata, 0)
+            known = {"topic": topic, "metadata": metadata, "message_encoding": "protobuf", "schema_id": 0}
+            yield int(number), Channel(id=int(number), **known)
     at = 0
     while at < len(summary):
         if summary[at] == CHANNEL:
@@ -179,25 +196,23 @@ def _channel(content: bytes) -> Channel:
     return Channel.read(ReadDataStream(BytesIO(content)))
 
 
-def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]], summary: bytes) -> None:
+def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> int:
     """Where chunks are lost: between two that were found stands the index of the first, whose length follows from its
-    messages, and nothing else but metadata."""
-    at, count = _skip(data, len(MAGIC), (HEADER, METADATA)), 0
+    messages, and nothing else but metadata. Gives the place where the data should end."""
+    at = _skip(data, len(MAGIC), (HEADER, METADATA))
     for n, (start, end) in enumerate(places):
         if at != start:
             log.damaged = True
             if n or _first_step(log.chunks[0]) > 0:
                 log.gaps.append(n)
-        counts = _counts(log.chunks[n])
-        count += sum(counts.values())
-        at = _skip(data, end + sum(9 + 2 + 4 + 16 * entries for entries in counts.values()), (METADATA,))
+        index = sum(9 + 2 + 4 + 16 * count for count in _counts(log.chunks[n]).values())
+        at = _skip(data, end + index, (METADATA,))
         log.damaged |= _skip(data, end, (INDEX, METADATA)) != at
     log.closed = data[at : at + 9] == DATA_END
-    if not log.closed and (log.complete or not _torn(data, at)):
+    if not log.closed and (_footer(data) or not _torn(data, at)):
         log.damaged = True
         log.gaps.append(len(places))
-    if not log.gaps and count != _stated(summary, count):
-        log.damaged = log.unknown = True
+    return at
 
 
 def _torn(data: bytes, at: int) -> bool:

@@ -159,51 +159,65 @@ def read_log(path: Path) -> RunLog:
     """What of a log can be trusted. Raises SceneError where the file is missing or no MCAP file."""
     file = read_file(path)
     reading = _Reading(file)
-    partial = _partial(file, reading)
-    steps = np.array(sorted(set(reading.times) - partial), np.int64)
+    every = sorted(reading.times)
+    holes = _holes(reading, every) if file.damaged or not file.complete else set()
+    partial = frozenset(holes | _cut(file, reading, every))
+    steps = np.array(sorted(set(every) - partial), np.int64)
     times = np.array([reading.times[step] for step in steps.tolist()], float).reshape(-1, 2)
     variables = {name: _variable(name, rows, steps) for name, rows in reading.rows.items()}
-    lost = _lost(file, reading, steps, times[:, 0])
-    if reading.strange or file.unknown:
+    lost = _lost(
+        [(step, step) for step in holes] + [_beside(file, reading, gap) for gap in file.gaps], steps, times[:, 0]
+    )
+    if reading.strange or (file.unknown and not lost):
         lost = [(None, None)]
+    ended = {"complete": file.complete, "closed": file.closed, "damaged": file.damaged}
     return RunLog(
-        times[:, 0], steps, times[:, 1], variables, reading.events, file.scene, file.complete, file.closed, lost,
-        file.damaged, partial,
-    )  # fmt: skip
-
-
-def _partial(file: LogFile, reading: _Reading) -> frozenset[int]:
-    """Steps at the edges of what is lost, and at the end of a log that was cut off, which lack a series that the frame on
-    their other side has."""
-    every = sorted(reading.times)
-    edges = {}  # step -> the one to compare with
-    cuts = set(file.gaps) | ({len(file.chunks)} if not file.closed else set())
-    for cut in cuts:
-        before = [reading.ends[n][1] for n in range(cut) if n in reading.ends][-1:]
-        after = [reading.ends[n][0] for n in range(cut, len(file.chunks)) if n in reading.ends][:1]
-        for step, side in [*((s, -1) for s in before), *((s, 1) for s in after)]:
-            at = int(np.searchsorted(every, step)) + side
-            edges[step] = every[at] if 0 <= at < len(every) else None
-    return frozenset(
-        step
-        for step, other in edges.items()
-        if step not in reading.times
-        or any(not rows.has(step) and (other is None or rows.has(other)) for rows in reading.rows.values())
+        times[:, 0], steps, times[:, 1], variables, reading.events, file.scene, lost=lost, partial=partial, **ended
     )
 
 
-def _lost(file: LogFile, reading: _Reading, steps: np.ndarray, times: np.ndarray) -> list[tuple]:
-    """Spans of time (from the last frame before, to the first one after) of the chunks that are lost."""
+def _beside(file: LogFile, reading: _Reading, cut: int) -> tuple[int | None, int | None]:
+    """The last step before a chunk, and the first one from it on; None where there is none."""
+    before = [reading.ends[n][1] for n in range(cut) if n in reading.ends][-1:]
+    after = [reading.ends[n][0] for n in range(cut, len(file.chunks)) if n in reading.ends][:1]
+    return before[0] if before else None, after[0] if after else None
+
+
+def _cut(file: LogFile, reading: _Reading, every: list[int]) -> set[int]:
+    """Steps at the edges of what is lost, and at the end of a log that was cut off, which lack a series that the frame on
+    their other side has."""
+    beyond: dict[int, int | None] = {}  # step -> the one to compare with
+    for cut in {*file.gaps, *([] if file.closed else [len(file.chunks)])}:
+        for step, side in zip(_beside(file, reading, cut), (-1, 1), strict=True):
+            if step is not None:
+                at = int(np.searchsorted(every, step)) + side
+                beyond[step] = every[at] if 0 <= at < len(every) else None
+    rows = reading.rows.values()
+    return {
+        step
+        for step, other in beyond.items()
+        if step not in reading.times or any(not r.has(step) and (other is None or r.has(other)) for r in rows)
+    }
+
+
+def _holes(reading: _Reading, every: list[int]) -> set[int]:
+    """Steps that lack a series which the frames before and after have: what is lost there may have left no other trace."""
+    found: set[int] = set()
+    for rows in reading.rows.values():
+        if len(rows.steps) < len(every):
+            there = np.isin(every, rows.steps)
+            found |= {every[n + 1] for n in np.flatnonzero(~there[1:-1] & there[:-2] & there[2:])}
+    return found
+
+
+def _lost(sides: list[tuple], steps: np.ndarray, times: np.ndarray) -> list[tuple[float | None, float | None]]:
+    """Spans of time, from the last frame up to one step to the first frame from another one on, without doubles."""
     spans = []
-    for gap in file.gaps:
-        before = [reading.ends[n][1] for n in range(gap) if n in reading.ends][-1:]
-        after = [reading.ends[n][0] for n in range(gap, len(file.chunks)) if n in reading.ends][:1]
-        last = int(np.searchsorted(steps, before[0], "right")) - 1 if before else -1
-        first = int(np.searchsorted(steps, after[0])) if after else len(steps)
-        span = float(times[last]) if last >= 0 else None, float(times[first]) if first < len(steps) else None
-        if span not in spans:
-            spans.append(span)
-    return spans
+    for before, after in sides:
+        last = -1 if before is None else int(np.searchsorted(steps, before, "right")) - 1
+        first = len(steps) if after is None else int(np.searchsorted(steps, after))
+        spans.append((float(times[last]) if last >= 0 else None, float(times[first]) if first < len(steps) else None))
+    return sorted(set(spans), key=lambda span: -np.inf if span[0] is None else span[0])
 
 
 def _variable(name: str, rows: _Rows, steps: np.ndarray) -> Variable:
@@ -234,6 +248,14 @@ def entries(file: LogFile) -> Iterator[tuple[Channel, int, int, bytes]]:
     for _, number, step, stamp, data, start, end in messages(file):
         if number in file.channels:
             yield file.channels[number], step, stamp, data[start:end]
+
+
+def has_frames(path: Path) -> bool:
+    """Whether a log holds a frame. False where it cannot be read."""
+    try:
+        return len(read_log(path).time) > 0
+    except SceneError:
+        return False
 
 
 def log_complete(path: Path) -> bool:

@@ -22,6 +22,22 @@ WAIT = 0.5  # wall time [s] after which a chunk is closed though it is small, so
 KINDS = {"/tf": FrameTransforms, "/events": LogMessage, "/particles": PointCloud}  # topic -> message, else a series
 
 
+class _Stream:
+    """The file that a log is in just now, as the library writes to it."""
+
+    def __init__(self, log: LogWriter):
+        self._log = log
+
+    def write(self, data: bytes) -> int:
+        return self._log._file.write(data)
+
+    def tell(self) -> int:
+        return self._log._file.tell()
+
+    def flush(self) -> None:
+        self._log._file.flush()
+
+
 class LogWriter:
     """A log that begins with `facts` on the scene. Facts and channels are metadata with a checksum of their own, apart from
     the chunks that may be damaged. OSError where the file cannot be written, or is no longer there."""
@@ -34,7 +50,7 @@ class LogWriter:
         self._new: dict[str, str] = {}  # channels that stand in no metadata yet
         self._open_since: float | None = None  # wall time of the oldest message that is not in the file yet
         self._file = path.open("wb")
-        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
+        self._writer = Writer(_Stream(self), chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="spindrift")
         self._describe()
         self._file.flush()
@@ -88,9 +104,13 @@ class LogWriter:
         os.fsync(self._file.fileno())
 
     def move(self, path: Path) -> None:
-        """Take the place of the file `path`."""
+        """Take the place of the file `path`; closed in between, for Windows renames no file that is open."""
+        was_open = not self._file.closed
+        self._file.close()
         os.replace(self.path, path)
         self.path = path
+        if was_open:
+            self._file = path.open("ab")
 
     def finish(self) -> None:
         """Write the summary and close the file."""

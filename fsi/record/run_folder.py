@@ -310,7 +310,7 @@ def damage_of(log: RunLog, manifest: dict) -> str:
     parts = [_span(*span) for span in lost]
     if not log.scene:
         parts.append("the facts on the scene, which are taken from scene.toml")
-    return f"run.mcap is damaged; missing is what was logged {', and '.join(parts)}" if parts else ""
+    return f"run.mcap is damaged or cut off; missing is what was logged {', and '.join(parts)}" if parts else ""
 
 
 def _span(after: float | None, before: float | None) -> str:

@@ -17,6 +17,7 @@ from fsi.record.mcap import McapRecorder, rewrite
 from fsi.record.mcap_file import MARK
 from fsi.record.mcap_reader import log_complete, read_log
 from fsi.record.run_folder import RunFolder, damage_of, export
+from fsi.record.viewer import recording_of
 
 STEPS, TRIES = 24, 400
 
@@ -98,6 +99,16 @@ def test_damage_costs_what_it_falls_into_and_is_said(whole, tmp_path):
     assert read > 0.9 * TRIES and kept > 0.6 * read * STEPS
 
 
+def test_a_piece_that_is_cut_out_between_two_indices_is_missed(whole, tmp_path):
+    """The index of a chunk repeats itself every 16 bytes: two halves of different ones may look like one."""
+    data, file = (whole / "run.mcap").read_bytes(), tmp_path / "damaged.mcap"
+    second = data.index(MARK, data.index(MARK) + 1)
+    begin = second - 200  # within the index before it
+    for size in range(1600, 3600, 16):
+        file.write_bytes(data[:begin] + data[begin + size :])
+        assert faults_of(read_log(file), {"status": "done"}) == [], size
+
+
 def flipped(folder):
     """The log with a bit flipped in its second chunk, and its bytes."""
     file = folder / "run.mcap"
@@ -110,7 +121,7 @@ def flipped(folder):
 def test_damage_is_told_by_every_door(whole):
     """A bit in the middle of the log: the dataset, the export and `fsi recover` name the times that are missing."""
     file, _ = flipped(whole)
-    with pytest.warns(RuntimeWarning, match=r"run.mcap is damaged.*between t = \S+ and \S+ s"):
+    with pytest.warns(RuntimeWarning, match=r"run.mcap is damaged or cut off.*between t = \S+ and \S+ s"):
         dataset = fsi.load_run(whole)
     assert 0 < dataset.sizes["time"] < STEPS
     with pytest.warns(RuntimeWarning, match="missing"):
@@ -120,6 +131,18 @@ def test_damage_is_told_by_every_door(whole):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         np.testing.assert_array_equal(fsi.load_run(whole).time, dataset.time)
+
+
+def test_a_killed_log_does_without_its_first_chunk_and_its_summary(whole):
+    """Where the channels are described; they stand beside the chunks too."""
+    file = whole / "run.mcap"
+    data = bytearray(file.read_bytes())
+    data[data.index(MARK) + 100] ^= 16
+    file.write_bytes(data[: 3 * len(data) // 4])
+    log = read_log(file)
+    assert faults_of(log, {"status": "killed"}) == [] and len(log.step) > 3 and log.lost[0][0] is None
+    assert rewrite(file)[1] is False and log_complete(file)
+    assert np.array_equal(read_log(file).step, log.step)
 
 
 def test_facts_on_the_scene_come_from_its_file_where_the_log_has_lost_them(whole):
@@ -156,6 +179,9 @@ def test_run_without_a_frame_says_so(scene, tmp_path):
     for to in ("nc", "csv"):
         with pytest.raises(SceneError, match=r"without a single frame \(status failed\)"):
             export(folder.path, to)
+    (folder.path / "run.rrd").write_bytes(b"some layout")
+    with pytest.raises(SceneError, match="without a single frame"):
+        recording_of(folder.path)
     (folder.path / "run.mcap").write_bytes(b"")
     with pytest.raises(SceneError, match="is empty"):
         fsi.load_run(folder.path)

@@ -17,6 +17,7 @@ from stand_in import frame
 from test_command import command, here, manifest  # noqa: F401 fixture
 
 import fsi
+from fsi.compute import jit
 from fsi.errors import RunError, SceneError
 from fsi.record import background
 from fsi.record.background import Background
@@ -215,3 +216,28 @@ def test_warnings_of_libraries_go_into_the_log(here, solver, monkeypatch):  # no
 def test_paths_that_no_system_has_are_one_line(here, arguments, path):  # noqa: F811
     result = command(*arguments, path)
     assert result.exit_code == 2 and result.stderr.count("\n") == 1 and len(result.stderr) < 700, result.output
+
+
+def test_threads_that_are_refused_are_one_line(here, monkeypatch):  # noqa: F811
+    def refused(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refused)
+    result = command("run", "small.toml", "--threads", "4", "--quiet")
+    fix = "use fewer, or raise the limit of processes (ulimit -u)"
+    text = f"--threads: the system refuses 4 threads: can't start new thread; {fix}\n"
+    assert (result.exit_code, result.stderr) == (2, text)
+    assert not (here / "runs").exists()
+
+
+def test_compiled_code_has_a_place_of_its_own_where_nothing_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit.config, "CACHE_DIR", "")
+    assert jit.place_cache(tmp_path) == ""
+    monkeypatch.setattr(jit, "_can_write", lambda folder: False)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    note, place = jit.place_cache(tmp_path), Path(jit.config.CACHE_DIR)
+    assert place.parent == tmp_path and str(place) in note
+    place.chmod(0o777)  # somebody else could put code there
+    jit.config.CACHE_DIR = ""
+    jit.place_cache(tmp_path)
+    assert Path(jit.config.CACHE_DIR).parent == tmp_path and Path(jit.config.CACHE_DIR) != place
