@@ -14,6 +14,7 @@ import random
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from rich.console import Console
@@ -44,7 +45,7 @@ def main() -> None:
     others = options.kills // 5 if options.others is None else options.others
     damages = options.kills if options.damages is None else options.damages
     total: dict[str, Score] = {}
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, suppress(KeyboardInterrupt):  # the table so far
         for n, name in enumerate(names):
             share = [
                 count * (n + 1) // len(names) - count * n // len(names) for count in (options.kills, others, damages)
