@@ -27,7 +27,8 @@ from cases.torture.trial import SCENES, Score, subject
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="python -m cases.torture", description=__doc__, formatter_class=raw)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(SCENES)}; all if none")
     parser.add_argument("--kills", type=int, default=60, help="kills and signals in all")
     parser.add_argument("--others", type=int, help="tries of each other test in all; a fifth of the kills if not given")

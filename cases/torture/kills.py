@@ -28,10 +28,11 @@ def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
         folder = subject.new("kill", attempt)
         while not is_done(folder) and killed.tries + caught.tries < count:
             number = dice.choice((signal.SIGKILL, dice.choice(CAUGHT)))
-            whole.counts["resumes"] += any(folder.glob("checkpoints/*.checkpoint"))
+            resumed = any(folder.glob("checkpoints/*.checkpoint"))
+            whole.counts["resumes"] += resumed
             sent, ended = _hit(subject, folder, dice.uniform(0.0, 0.7) * length, number, dice.choice((1, 2)))
             if sent is None:  # it was done before: the machine is less busy than it was
-                length = 0.5 * (length + ended) if ended < length else length
+                length = length if resumed else min(length, 0.5 * (length + ended))
                 continue
             score = killed if number == signal.SIGKILL else caught
             faults = _look(folder, reference, number, sent)
