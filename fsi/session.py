@@ -11,6 +11,7 @@ from fsi.record.run_folder import RunFolder
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
+from fsi.trust import trusting
 
 
 def open(
@@ -20,6 +21,7 @@ def open(
     threads: int | None = None,
     overrides: Iterable[str] = (),
     level: str | None = None,
+    trust: bool = False,
 ) -> Session:
     """Open a scene, a scene file or a built-in scene, with the bodies, the coupler and the bathymetry that it names:
 
@@ -29,9 +31,11 @@ def open(
                 print(sim.time, sim.data.qpos)
 
     With `out` the run is recorded into that folder as by `fsi.run`; without, nothing is written. `threads` are all cores
-    if not given; `overrides` and `level` are as in `fsi.load_scene`. Raises SceneError where the input is wrong.
+    if not given; `overrides` and `level` are as in `fsi.load_scene`; `trust` lets the Python code run that the scene names
+    (`fsi.trust`). Raises SceneError where the input is wrong.
     """
-    return Session(load_scene(scene, overrides, level), out, threads)
+    with trusting(trust):
+        return Session(load_scene(scene, overrides, level), out, threads)
 
 
 class Session:
