@@ -18,6 +18,7 @@ from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
+from fsi.scene.rheology import Rheology
 from fsi.scene.waves import DampingZone, Waves
 
 
@@ -54,35 +55,6 @@ class Block(Box):
     """A box of fluid at the start, with a uniform velocity [m/s]."""
 
     velocity: tuple[Number, ...] | None = None
-
-
-class Rheology(Part):
-    """Viscosity that falls with the shear rate s (Cross 1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s).
-
-    Give K, or a yield stress tau for a Bingham plastic with K = mu_0 / tau; mu_0 is then how stiff it is below it."""
-
-    mu_inf: NonNegative  # at large shear rates [Pa s]
-    mu_0: Positive | None = None  # at rest [Pa s]; 1000 mu_inf if not given
-    yield_stress: Positive | None = None  # tau [Pa]
-    cross_time: Positive | None = None  # K [s]
-
-    @model_validator(mode="after")
-    def _complete(self):
-        if (self.yield_stress is None) == (self.cross_time is None):
-            raise ValueError("needs either yield_stress or cross_time; give one of the two")
-        if self.rest_viscosity <= self.mu_inf:
-            raise ValueError(f"mu_0 must lie above mu_inf {self.mu_inf:g} Pa s; raise mu_0")
-        return self
-
-    @property
-    def rest_viscosity(self) -> float:
-        """mu_0 [Pa s]."""
-        return 1000 * self.mu_inf if self.mu_0 is None else self.mu_0
-
-    @property
-    def time(self) -> float:
-        """K [s]."""
-        return self.rest_viscosity / self.yield_stress if self.cross_time is None else self.cross_time
 
 
 class Liquid(Part):
