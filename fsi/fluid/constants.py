@@ -9,6 +9,8 @@ from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
 from fsi.sph.columns import Constants
 
+HEAD = 4.0  # spacings of water, up to whose pressure the rows under the surface count more than once
+
 
 def density_relaxation(scene: Scene, depth: float) -> float:
     """gamma: the scene's, or as much as the slowest mode of the depth [m] damps in a step."""
@@ -41,8 +43,11 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         filled1=lattice.rows.filled[0],
         filled2=lattice.rows.filled[1],
         filled3=lattice.rows.filled[2],
+        filled4=lattice.rows.filled[3],
         excess1=lattice.rows.excess[0],
         excess2=lattice.rows.excess[1],
+        excess3=lattice.rows.excess[2],
+        shallow=HEAD * rho * scene.gravity * dr if scene.gravity > 0 else 1e30,
         relaxation=density_relaxation(scene, depth),
         suction=1.0,
         density=rho,

@@ -28,22 +28,29 @@ FLAT = 0.3  # of the way from row to row over which the excess stays, so that sm
 
 
 @helper()
-def surface_excess(filled, k):
-    """By how much more than once a particle's pressure counts in the gradient, from the filled part of its support: `excess1`
-    in the top row under a free surface, `excess2` in the next, 0 inside and in spray (`fsi.sph.kernel.surface_rows`)."""
+def surface_excess(filled, p, k):
+    """By how much more than once a particle's pressure counts in the gradient (`fsi.sph.kernel.surface_rows`), from the filled
+    part of its support: `excess1` to `excess3` in the top rows under a free surface, 0 inside and in spray. It fades where
+    the last pressure p is that of more than a few rows of water: in jets and drops that hit something it would do work."""
     if filled >= 1.0 or filled <= SPRAY:
         return 0.0
-    near1, near2 = FLAT * (k.filled2 - k.filled1), FLAT * (k.filled3 - k.filled2)
+    share = min(1.0, max(0.0, 2.0 - abs(p) / k.shallow))
+    near1, near2, near3 = FLAT * (k.filled2 - k.filled1), FLAT * (k.filled3 - k.filled2), FLAT * (k.filled4 - k.filled3)
     if filled < k.filled1 - near1:
-        return k.excess1 * (filled - SPRAY) / (k.filled1 - near1 - SPRAY)
+        return share * k.excess1 * (filled - SPRAY) / (k.filled1 - near1 - SPRAY)
     if filled < k.filled1 + near1:
-        return k.excess1
+        return share * k.excess1
     if filled < k.filled2 - near1:
         between = (filled - k.filled1 - near1) / (k.filled2 - k.filled1 - 2.0 * near1)
-        return k.excess1 + (k.excess2 - k.excess1) * between
+        return share * (k.excess1 + (k.excess2 - k.excess1) * between)
     if filled < k.filled2 + near2:
-        return k.excess2
-    return k.excess2 * max(0.0, (k.filled3 - near2 - filled) / (k.filled3 - k.filled2 - 2.0 * near2))
+        return share * k.excess2
+    if filled < k.filled3 - near2:
+        between = (filled - k.filled2 - near2) / (k.filled3 - k.filled2 - 2.0 * near2)
+        return share * (k.excess2 + (k.excess3 - k.excess2) * between)
+    if filled < k.filled3 + near3:
+        return share * k.excess3
+    return share * k.excess3 * max(0.0, (k.filled4 - near3 - filled) / max(1e-6, k.filled4 - k.filled3 - 2.0 * near3))
 
 
 @helper()
@@ -60,7 +67,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
     walls drag, "free_slip". Without a `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM = lanes, dim
     X, U, R = columns.flow(dim).of("x u r")
-    U_NEW, FILLED = columns.trial(dim).of("u filled")
+    U_NEW, FILLED, P = columns.trial(dim).of("u filled p")
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
 
     def hold(s, flow):
@@ -118,10 +125,9 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         coefficients[i, INNER] = 1.0 - gate
         coefficients[i, DEFICIT] = min(deficit, 0.0) + k.suction * (1.0 - gate) * max(deficit, 0.0)
         if surface:
-            walled = (
-                k.divergence_factor * solid / DIM
-            )  # the part of the support that walls take; the rest is to be filled
-            coefficients[i, COUNTS] = 1.0 + surface_excess((filled - walled) / max(0.1, 1.0 - walled), k)
+            walled = k.divergence_factor * solid / DIM  # part of the support that walls take; the rest is to be filled
+            free = (filled - walled) / max(0.1, 1.0 - walled)
+            coefficients[i, COUNTS] = 1.0 + surface_excess(free, trial[i, P], k)
         if shifted:
             coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04)) if surface else 1.0
             if surface:
