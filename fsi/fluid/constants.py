@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from fsi.fluid.chebyshev import SOUND, iteration
+from fsi.scene.geometry import mean_spacing, stretch
 from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
 from fsi.sph.columns import Constants
@@ -22,9 +23,9 @@ def density_relaxation(scene: Scene, depth: float) -> float:
 def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
     """The scalars of the sweeps for a scene whose fluid is `depth` metres high."""
     dim, dr, h, rho = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density
-    volume = dr**dim
+    volume = dr**dim * stretch(scene)
     mass = rho * volume
-    lattice = kernel.lattice(dr, h, dim)
+    lattice = kernel.lattice(mean_spacing(scene), h, dim)
     slope = float(kernel.gradient_factor(0.0, h, dim))
     numerics = scene.numerics
     sound = math.sqrt(scene.gravity * depth) / numerics.mach

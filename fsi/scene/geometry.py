@@ -49,6 +49,37 @@ def wave_depth(scene: Scene) -> float:
     return max(tops, default=scene.tank.min[-1]) - scene.tank.min[-1]
 
 
+WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
+FEWEST = 4  # cells along an axis, from which on they are stretched
+
+
+def cell(scene: Scene) -> tuple[float, ...]:
+    """Sides (dim,) of the cells that fluid starts in [m]: the spacing, stretched along each axis so that a whole number of them
+    reaches from the tank's corner to its far side, or up to the still water level; with blocks, to where they end. Where
+    that is less than `FEWEST`, they are as they are."""
+    tank, fluid = scene.tank, scene.fluid
+    ends = [*tank.max[:-1], fluid.still_water_level]
+    if fluid.blocks:
+        farthest = np.max([block.max for block in all_blocks(scene).values()], axis=0)
+        ends = np.minimum(farthest, tank.max).tolist()
+    sides = []
+    for low, high in zip(tank.min, ends, strict=True):
+        count = round((high - low) / scene.spacing)
+        whole = abs(high - low - count * scene.spacing) < WHOLE * scene.spacing
+        sides.append(scene.spacing if whole or count < FEWEST else (high - low) / count)
+    return tuple(sides)
+
+
+def stretch(scene: Scene) -> float:
+    """Volume of a cell over that of one of the spacing."""
+    return math.prod(side / scene.spacing for side in cell(scene))
+
+
+def mean_spacing(scene: Scene) -> float:
+    """Side of the cube, in two dimensions the square, of the volume that a particle stands for [m]."""
+    return scene.spacing * stretch(scene) ** (1 / scene.dimension)
+
+
 def fluid_volume(scene: Scene) -> float:
     """Volume of the fluid at t = 0 [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
     if scene.fluid.blocks:

@@ -85,4 +85,5 @@ def _case(shape: str) -> Case:
     )
 
 
+NAMES = ("submerged_oscillation", "submerged_box", "submerged_plate", "submerged_sphere")
 CASES = {case.name: case for case in map(_case, SHAPES)}
