@@ -16,7 +16,7 @@ from fsi.particles.hydrostatics import Cells
 from fsi.particles.instruments import check_instruments
 from fsi.particles.tank import Sides, axis, lattice, wall_particles
 from fsi.protocols import BodySet, Solid
-from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, piston_retreat
+from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, piston_retreat, start
 from fsi.scene.model import Scene
 
 CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
@@ -127,11 +127,11 @@ def _pressure(scene: Scene, blocks: list[tuple], solids: list[Solid], position, 
     density = np.array([q.density for q in scene.all_liquids])
     if len(position) == 0 or (len(blocks) == 1 and not solids):
         found, pocket = scene.fluid.density * scene.gravity * (top - position[:, -1]), np.zeros(len(position), int)
-        return (np.zeros(len(position)) if scene.fluid.start == "zero" else found), pocket
+        return (np.zeros(len(position)) if start(scene) == "zero" else found), pocket
     origin = np.array(scene.tank.min)
     cells = Cells(position, density[liquid], top, clear, solids, origin, np.array(cell(scene)))
     pressure, pocket = hydrostatics.pressure(cells, scene.gravity)
-    if scene.fluid.start == "zero":
+    if start(scene) == "zero":
         return np.zeros(len(position)), pocket
     if scene.liquids:  # blocks that end between two rows of the lattice: their exact load, where no more is different
         exact = scene.gravity * _load(position, blocks, density)
