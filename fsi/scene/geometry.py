@@ -82,8 +82,8 @@ def mean_spacing(scene: Scene) -> float:
 
 
 def start(scene: Scene) -> str:
-    """The pressure that the scene starts from: "hydrostatic", "converged" or "zero". The water of a block with a free side has no
-    hydrostatic pressure once it is let go, and with that a dam break would gain energy."""
+    """The pressure that the scene starts from: "hydrostatic", "converged" or "zero". A block with a free
+    side has no hydrostatic pressure once it is let go, and with that a dam break would gain energy."""
     if scene.fluid.start != "auto":
         return scene.fluid.start
     return "converged" if scene.gravity > 0 and scene.fluid.blocks and _free_side(scene) else "hydrostatic"

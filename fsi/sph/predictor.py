@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import cache
 
 from fsi.compute.jit import helper
-from fsi.compute.lanes import dot, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, sqrt, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.columns import COUNTS, DEFICIT, DIAGONAL, INNER, SUPPORT
@@ -63,9 +63,11 @@ def surface_gate(position_divergence):
 def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool):
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
-    deficit of the density against the lattice's, and how often its pressure counts. `viscosity`: "none", "no_slip" where
-    walls drag, "free_slip". Without a `surface` a gap between particles is no free surface, and the shift closes it."""
-    L, DIM = lanes, dim
+    deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
+    particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
+    is 1 + 1 / dim on average. `viscosity`: "none", "no_slip" where walls drag, "free_slip". Without a `surface` a gap between
+    particles is no free surface, and the shift closes it."""
+    L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
     U_NEW, FILLED, P = columns.trial(dim).of("u filled p")
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
@@ -94,7 +96,10 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        return laplacian, density, spread, force, linked, solid + slope(closeness(r2, k.inverse_support)) * r2
+        r = sqrt(r2)
+        rise = r - component(x_ij, Z)  # r (1 + cosine of the way up)
+        solid = solid + slope(closeness(r2, k.inverse_support)) * rise * rise
+        return laplacian, density, spread, force, linked, solid
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -125,7 +130,7 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         coefficients[i, INNER] = 1.0 - gate
         coefficients[i, DEFICIT] = min(deficit, 0.0) + k.suction * (1.0 - gate) * max(deficit, 0.0)
         if surface:
-            walled = k.divergence_factor * solid / DIM  # part of the support that walls take; the rest is to be filled
+            walled = k.divergence_factor * solid / (DIM + 1)  # part of the support that walls take
             free = (filled - walled) / max(0.1, 1.0 - walled)
             coefficients[i, COUNTS] = 1.0 + surface_excess(free, trial[i, P], k)
         if shifted:

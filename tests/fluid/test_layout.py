@@ -28,7 +28,7 @@ def test_fluid_and_walls_fill_a_lattice_without_gaps_or_doubles(dimension):
 
 @pytest.mark.parametrize("length", [0.63, 0.65, 0.67])
 def test_a_tank_off_the_lattice_is_full_and_has_closed_edges(length):
-    """At 6.5 spacings a particle once started on the far wall and was counted beyond it, and then half a spacing stayed empty."""
+    """At 6.5 spacings a particle once started on the far wall and was counted beyond it, then half a spacing stayed empty."""
     layout = build(still_tank(2, 0.1, depth=0.5, length=length))
     half = 0.5 * length / round(length / 0.1)
     assert layout.position[:, 0].max() == pytest.approx(length - half)
