@@ -15,6 +15,7 @@ from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
 from fsi.scene.geometry import all_blocks
 from fsi.scene.model import ACCURACY, Numerics, Output, Scene
+from fsi.scene.region import shaped, spans
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 
@@ -246,8 +247,9 @@ def _dry_gauges(scene: Scene, solids: Sequence[Solid]) -> Iterator[str]:
 
 def _top_of_water(scene: Scene, place: tuple[float, ...]) -> float:
     """Of the fluid at the start on the vertical through `place` [m]; -inf where there is none."""
+    column = np.array([[*place, 0.0]])
     tops = [
-        block.max[-1]
+        float(spans(block, column, scene.spacing)[1].max()) if shaped(block) else block.max[-1]
         for block in all_blocks(scene).values()
         if all(a <= x <= b for a, x, b in zip(block.min, place, block.max, strict=False))
     ]
