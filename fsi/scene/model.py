@@ -217,7 +217,9 @@ class Numerics(Part):
     viscosity: Literal["laminar", "none"] = "laminar"
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
     viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
-    turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
+    turbulence: Literal["none", "smagorinsky", "dynamic"] = (
+        "none"  # eddies smaller than the spacing; dynamic: C_s of the flow
+    )
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
