@@ -100,7 +100,7 @@ def make_leonard(lanes: int, dim: int):
 
 @cache
 def make_coefficient(lanes: int, dim: int):
-    """C_s^2 (n,) of the fluid particles into `coefficient`, both products averaged over the fluid around each, from 0 to `MOST`;
+    """C_s^2 (n,) of the fluid particles into `coefficient`, both products averaged over the fluid around each, 0 to `MOST`;
     the eddies' viscosity rho C_s^2 D^2 s is added to that in `flow`. `density` (m,) of the liquids, `kind` (n,): the liquid
     of each."""
     L, DIM = lanes, dim
