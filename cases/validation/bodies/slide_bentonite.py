@@ -33,12 +33,15 @@ class Waves(Measure):
         self.leaks = sim.fluid.lost
 
 
-def variants(spacing: float, folder: Path) -> dict[str, dict]:
-    """The scene with both liquids."""
-    data = builder("slide_bentonite")(spacing, folder)
-    fluid = {key: value for key, value in data["fluid"].items() if key not in ("density", "rheology")}
-    plain = {"output": {}}
-    return {"bentonite": data | plain, "water": data | plain | {"fluid": fluid}}
+def variants(name: str):
+    """The scenes of a name with both liquids."""
+
+    def both(spacing: float, folder: Path) -> dict[str, dict]:
+        data = builder(name)(spacing, folder) | {"output": {}}
+        water = {key: value for key, value in data["fluid"].items() if key not in ("density", "rheology")}
+        return {"bentonite": data, "water": data | {"fluid": water}}
+
+    return both
 
 
 def judge(seen: Mapping[str, Waves]) -> dict[str, float]:
@@ -53,15 +56,19 @@ def judge(seen: Mapping[str, Waves]) -> dict[str, float]:
 
 THICK = Wrong("bentonite in which a wave loses a tenth of its height", 0.1)
 
-NAMES = ("slide_bentonite",)
-CASES = {
-    "slide_bentonite": Case(
-        "slide_bentonite",
-        "A rigid slide runs into a flume with a dam: 6 % bentonite beside water, 3D",
+
+def _case(name: str, where: str, reasons: str = "") -> Case:
+    return Case(
+        name,
+        f"A rigid slide runs into a flume with a dam: 6 % bentonite beside water, {where}",
         "Experiment at the NHC flume: no noticeable difference. Wave at probe 1, near the slide, and run-up on the dam.",
-        spacings("slide_bentonite"), builder("slide_bentonite"), None,
-        {"probe_1": 0.05, "run_up": 0.05, "leaks": 0.0},
-        run=runs(variants, Waves, judge),
-        fails_when={"probe_1": THICK, "run_up": THICK},
-    )
-}  # fmt: skip
+        spacings(name), builder(name), None, {"probe_1": 0.05, "run_up": 0.05, "leaks": 0.0}, reasons,
+        run=runs(variants(name), Waves, judge), fails_when={"probe_1": THICK, "run_up": THICK},
+    )  # fmt: skip
+
+
+NAMES = ("slide_bentonite", "slide_bentonite_2d")
+CASES = {
+    "slide_bentonite": _case("slide_bentonite", "3D"),
+    "slide_bentonite_2d": _case("slide_bentonite_2d", "its middle in 2D"),
+}

@@ -28,7 +28,7 @@ END = 0.85  # of the runs of a sweep [s]
 COLUMNS = np.arange(0.3, 3.4, 0.02)  # where the surface is read [m]
 YIELD, VISCOUS = 4000.0, 100.0  # of the sweep [Pa], [Pa s]
 LOWER = 0.95  # crest of stiffer sand over that of the sand, at most
-FINEST = {"front_early": 0.11, "front_late": 0.31, "crest_late": 0.025}  # at a spacing of 10 mm [m]
+FINEST = {"front_early": 0.1092, "front_late": 0.3151, "crest_late": 0.0299}  # at a spacing of 10 mm [m]
 
 
 def surface(position: np.ndarray, dr: float) -> np.ndarray:
