@@ -146,4 +146,6 @@ def read_mesh(file: Path, stamp: int) -> np.ndarray:
         raise SceneError(f"cannot be read as a mesh: {fault}", file=file, fix="give an STL, OBJ or PLY file") from None
     if not len(triangles) or not np.isfinite(triangles).all():
         raise SceneError("has no triangles, or some without numbers", file=file, fix="give a closed mesh")
+    if not mesh.is_watertight:
+        raise SceneError("is not closed: some edges belong to one triangle only", file=file, fix="close its holes")
     return triangles
