@@ -38,9 +38,7 @@ class Around:
         owner, square = _next(solid(points), self._start, self._other, reach)
         return owner, np.sqrt(square)
 
-    def owners(
-        self, parts: np.ndarray, points: np.ndarray, before: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def owners(self, parts: np.ndarray, points: np.ndarray, before: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Which of the points (k, dim) is nearest to each of the `parts` (n, dim), -1 where none is within one and a half
         spacings, and its distance (n,); `before` (n,) are those before a move, None at first."""
         reach = 1.5 * self._spacing

@@ -15,6 +15,7 @@ from fsi.errors import SceneError
 from fsi.protocols import Solid
 
 BY_HAND = "in a CAD or mesh program (Blender: Mesh > Clean Up, Mesh > Normals, Boolean union)"
+READABLE = "export it as STL, OBJ or PLY, or a grid of heights as XYZ, ASC or GeoTIFF"
 Crop = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a box, each (dim,) [m]
 
 
@@ -106,10 +107,10 @@ def mesh_solid(
     try:
         loaded = trimesh.load_mesh(path)
     except Exception as error:  # each format raises its own kind
-        raise SceneError(f"cannot be read as a mesh ({error})", file=path, fix="export it as STL, OBJ or PLY") from None
+        raise SceneError(f"cannot be read as a mesh ({error})", file=path, fix=READABLE) from None
     vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces)
     if len(faces) == 0:
-        raise SceneError("holds no triangles", file=path, fix="export it as STL, OBJ or PLY")
+        raise SceneError("holds no triangles", file=path, fix=READABLE)
     found = sound(vertices, faces, file=path)
     if crop is not None:
         crop = np.array(crop[0], float), np.array(crop[1], float)

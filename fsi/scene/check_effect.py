@@ -14,7 +14,7 @@ from fsi.errors import SceneError
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
 from fsi.scene.geometry import all_blocks
-from fsi.scene.model import ACCURACY, Numerics, Output, Scene
+from fsi.scene.model import ACCURACY, GRIDS, Numerics, Output, Scene
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 
@@ -27,6 +27,11 @@ def _walls(scene: Scene, tank) -> str:
     idle = [side for side in tank.walls if side[0] not in tank.axes or side[0] in tank.periodic]
     why = "the tank repeats itself along that axis" if tank.periodic else "a two-dimensional scene has no y axis"
     return f"{', '.join(idle)}: {why}" if idle else ""
+
+
+def _grid(scene: Scene, part) -> str:
+    path = scene.tank.bathymetry
+    return "" if path and path.suffix.lower() in GRIDS else f"tank.bathymetry is no grid ({', '.join(GRIDS)})"
 
 
 def _level(scene: Scene, fluid) -> str:
@@ -99,6 +104,7 @@ def _unbodied(scene: Scene, coupler) -> str:
 IDLE: dict[str, Condition] = {
     "tank.walls": _walls,
     "tank.width": lambda scene, tank: scene.dimension == 3 and "a three-dimensional tank has its width in min and max",
+    "tank.grid": _grid,
     "fluid.kinematic_viscosity": _inviscid,
     "fluid.rheology": _inviscid,
     "liquids.*.kinematic_viscosity": _inviscid,

@@ -26,6 +26,7 @@ MOVED = BODY | {"coupler.scheme": "prescribed"}
 
 CASES = {  # pattern -> key, value without effect, the rest of the scene, a word of the reason
     "tank.walls": ("tank.walls", '["x-", "x+", "y-", "z-"]', {}, "no y axis"),
+    "tank.grid": ("tank.grid", "{level = 2.0}", {}, "no grid"),
     "tank.width": ("tank.width", "2.0", "3D", "min and max"),
     "fluid.kinematic_viscosity": ("fluid.kinematic_viscosity", "1e-3", {"numerics.viscosity": "none"}, "'none'"),
     "fluid.rheology": (
@@ -99,6 +100,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "name description": "names the run folder; is listed by `fsi cases`",
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
     "tank.periodic": "refused for an axis that the scene does not have",
+    "tank.grid.origin tank.grid.direction tank.grid.level tank.grid.depths tank.grid.missing": "with a grid, see `tank.grid`",
     "tank.bathymetry": "refused where no part of it lies in the tank, by `idle_solids`",
     "fluid.density liquids.*.density": "pressures and forces are proportional to it",
     "fluid.blocks.*.min fluid.blocks.*.max fluid.blocks.*.velocity": "the fluid at the start",
@@ -158,7 +160,13 @@ def test_every_key_of_a_scene_stands_in_one_of_the_tables():
     assert set(CASES) == set(IDLE)
     assert not listed & set(IDLE)
     leaves = {pattern for pattern in IDLE if pattern in keys}
-    assert set(IDLE) - leaves == {"fluid.rheology", "liquids.*.rheology", "gauges.*", "probes.*"}  # whole parts
+    assert set(IDLE) - leaves == {
+        "tank.grid",
+        "fluid.rheology",
+        "liquids.*.rheology",
+        "gauges.*",
+        "probes.*",
+    }  # whole parts
     assert keys - leaves - listed == set()
     assert listed - keys == set()
 
