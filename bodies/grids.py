@@ -15,9 +15,7 @@ from fsi.errors import SceneError
 from fsi.scene.model import Grid, Scene
 
 KEY = "tank.bathymetry"
-BEYOND = (
-    3  # spacings and layers that the ground goes on beyond where particles are laid, so that its sides get none there
-)
+BEYOND = 4  # spacings, and twice the layers, that the ground goes on beyond its particles; its sides get none
 FAR = 20  # times the tank's height, from which on a relief must be in another unit
 
 
@@ -29,7 +27,7 @@ def grid_solid(scene: Scene, crop: Crop) -> Placed:
     tank without data."""
     path, place, tank, dr = scene.tank.bathymetry, scene.tank.grid, scene.tank, scene.spacing
     low, high = (np.asarray(corner, float) for corner in crop)
-    beyond = (BEYOND + scene.layers) * dr
+    beyond = (BEYOND + 2 * scene.layers) * dr
     sides = [_nodes(a - beyond, b + beyond, dr) for a, b in zip(low[:-1], high[:-1], strict=True)]
     x, y = (*sides, np.zeros(1))[:2]
     where = to_file(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2), place)
@@ -69,7 +67,7 @@ def _check_overlap(data: Heights, where: np.ndarray, found: np.ndarray, path: Pa
     fault = f"lies beside the tank: the file covers x = {a:.6g} to {b:.6g} m and y = {c:.6g} to {d:.6g} m, the tank"
     fault += f" x = {e:.6g} to {f:.6g} m and y = {g:.6g} to {h:.6g} m in its coordinates"
     fix = "set tank.grid.origin to the file's coordinates of the tank's x = y = 0, and tank.grid.direction to the turn"
-    if -180 <= a and b <= 360 and -90 <= c and d <= 90 and max(b - a, d - c) < 10:
+    if a >= -180 and b <= 360 and c >= -90 and d <= 90 and max(b - a, d - c) < 10:
         fix += "; if the file is in degrees, project it to metres first (gdalwarp -t_srs)"
     elif max(b - a, d - c) > FAR * max(f - e, h - g):
         fix += "; if the file is in millimetres, scale it by 0.001"

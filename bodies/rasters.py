@@ -166,7 +166,8 @@ def _tiff(path: Path, window: Window) -> Raster:
         (a, b), (c, d) = ((int(np.floor(k[0])), int(np.ceil(k[1]))) for k in (i, j))
         if (b - a) * (d - c) > MOST:
             raise SceneError(f"{b - a} x {d - c} cells in the tank", file=path, fix=f"resample it to {MOST:.0e} cells")
-        limits = corner - [0.0, cell[1] * source.height], corner + [cell[0] * source.width, 0.0]
+        size = cell * (source.width, source.height)
+        limits = corner - size * (0, 1), corner + size * (1, 0)
         if b <= a or d <= c:
             return Raster(limits[0] + 0.5 * cell, cell, np.full((2, 2), np.nan), *limits)
         band = source.read(1, window=Part(a, c, b - a, d - c), masked=True).astype(float)

@@ -6,7 +6,8 @@ A package registers a thing in its pyproject.toml, under the group `spindrift.GR
 |-----------|----------------------|----------------------------------------------------------------------------|
 | commands  | of `fsi NAME`        | a function with typer's annotations; the first line of its docstring is shown |
 | functions | `sweep`, `report`, ... | what `fsi.sweep(...)` and its like call                                    |
-| engines   | `mujoco`             | a module with `load(scene, source)`, `mesh_solid(file, dimension, crop)` and `grid_solid(scene, crop)` |
+| engines   | `mujoco`             | a module with `load(scene, source)`, `mesh_solid(file, dimension, crop)`,
+|           |                      | `grid_solid(scene, crop)` |
 | couplers  | of the scheme        | a subclass of `fsi.scene.coupler.CouplerSettings`                          |
 | waves     | of the kind          | a subclass of `fsi.waves.kind.WaveKind`                                    |
 | fields    | of the output field  | a `fsi.scene.fields.ParticleField`                                         |

@@ -18,6 +18,7 @@ SETTLING = {2: 60, 3: 4}  # passes that even the distances out; along a line a g
 STILL = {2: 0.0, 3: 0.05}  # spacings to the middle of its neighbours from which on a particle stays
 FINE = {2: 8, 3: 2}  # steps of the lattice in a spacing
 NARROW, PARTINGS = 0.8, 6  # spacings that particles of a layer in space keep from each other, and passes for that
+TRIES = {2: 12, 3: 5}  # of a radius that leaves as many lattice points as wanted
 PARTS = {2: 4, 3: 1}  # of a candidate, strewn over its cell, by which those nearest to a particle are told
 HOLE = (
     0.78  # spacings from the next particle to the middle of a hole that gets one of its own (on a square lattice 0.71)
@@ -70,7 +71,7 @@ def _fill(
     random = np.random.default_rng(0)
     parts = np.repeat(points, PARTS[points.shape[1]], axis=0)
     parts += random.uniform(-0.5, 0.5, parts.shape) * step  # on a lattice small steps would not move the centres
-    others = thinning.thin_to(points, first, wanted, spacing)
+    others = thinning.thin_to(points, first, wanted, spacing, TRIES[points.shape[1]])
     if abs(len(first) + len(others) - wanted) > 0.01 * wanted:  # the lattice allows few distances
         strewn = points + random.uniform(-0.5, 0.5, points.shape) * step
         moved, reached, _ = _slide(nearest, strewn, target)
@@ -249,6 +250,12 @@ def _slide(
         moved[rest] = _climb(exact, points[rest], target)
         reached[rest] = -exact(moved[rest])[0]
     return moved, reached, first
+
+
+def onto(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, dim) moved to the depth `target` [m] along the normal, and which of them (n,) get there."""
+    moved, reached, _ = _slide(nearest, points, target)
+    return moved, np.abs(reached - target) < 0.01 * target
 
 
 def _climb(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:

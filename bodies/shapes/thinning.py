@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 
-def thin_to(points: np.ndarray, fixed: np.ndarray, wanted: float, spacing: float) -> np.ndarray:
+def thin_to(points: np.ndarray, fixed: np.ndarray, wanted: float, spacing: float, tries: int = 12) -> np.ndarray:
     """Some of the points (n, dim), as evenly spread as a greedy choice gets them: about `wanted` together with the
     `fixed` ones (k, dim), which they keep away from."""
     if points.shape[1] == 3 and len(fixed):
@@ -16,7 +16,7 @@ def thin_to(points: np.ndarray, fixed: np.ndarray, wanted: float, spacing: float
         return points
     low, high = 0.3 * spacing, 1.3 * spacing
     radius = (low + high) / 2
-    for _ in range(12):
+    for _ in range(tries):
         kept = _apart(both, radius, first)
         if abs(kept.sum() - wanted) <= 0.005 * wanted:
             break
@@ -48,7 +48,8 @@ def centres(points: np.ndarray, chosen: np.ndarray, reach: float) -> np.ndarray:
 
 
 def means(points: np.ndarray, owner: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Mean (k, dim) of the points (n, dim) that each of the `chosen` (k, dim) owns by number (n,); itself where it owns none."""
+    """Mean (k, dim) of the points (n, dim) that each of the `chosen` (k, dim) owns by number (n,); itself where there are
+    none."""
     points, owner = points[owner >= 0], owner[owner >= 0]
     count = np.bincount(owner, minlength=len(chosen))
     total = np.column_stack([np.bincount(owner, weights=x, minlength=len(chosen)) for x in points.T])
@@ -80,6 +81,7 @@ def _apart(points, radius, first):
     while slots < n // 4:
         slots *= 2
     head, following, kept = np.full(slots, -1, np.int32), np.full(n, -1, np.int32), np.zeros(n, np.bool_)
+    held, count = np.empty((n, dim)), 0  # side by side, so that they stay in the cache
     cell = np.zeros(3, np.int64)
     deep = 1 if dim == 3 else 0
     turn = np.array([0, -1, 1])
@@ -96,12 +98,15 @@ def _apart(points, radius, first):
                     while free and j >= 0:
                         square = 0.0
                         for k in range(dim):
-                            square += (points[i, k] - points[j, k]) ** 2
+                            square += (points[i, k] - held[j, k]) ** 2
                         free = square >= radius * radius
                         j = following[j]
         if free or i < first:
             here = slot(cell[0], cell[1], cell[2], slots)
-            kept[i], following[i], head[here] = True, head[here], i
+            kept[i], following[count], head[here] = True, head[here], count
+            for k in range(dim):
+                held[count, k] = points[i, k]
+            count += 1
     return kept
 
 
