@@ -25,7 +25,7 @@ def grid_solid(scene: Scene, crop: Crop) -> Placed:
 
     Raises SceneError for a file that is missing or malformed, for ground that does not meet the tank, and for places of the
     tank without data."""
-    path, place, tank, dr = scene.tank.bathymetry, scene.tank.grid, scene.tank, scene.spacing
+    path, place, tank, dr = scene.tank.bathymetry, scene.tank.grid or Grid(), scene.tank, scene.spacing
     low, high = (np.asarray(corner, float) for corner in crop)
     beyond = (BEYOND + 2 * scene.layers) * dr
     sides = [_nodes(a - beyond, b + beyond, dr) for a, b in zip(low[:-1], high[:-1], strict=True)]

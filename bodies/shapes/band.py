@@ -17,10 +17,19 @@ class Band:
     """Signed distance and closest surface point, as `nearest` gives them, of points among the nodes (n, 3) of a cubic lattice
     with cells of a `size` [m], whose exact `distance` (n,) and `foot` (n, 3) are known.
 
-    A node is flat where its plane meets the distances at all nodes around it to FLAT cells. Points in its cell, for which the
+    The lattice has all nodes whose distance lies between the two of `within`. A node is flat where its plane meets the
+    distances at all nodes around it to FLAT cells, and tells of those that the lattice lacks that they lie beyond. Points in its cell, for which the
     plane errs by a quarter of that at most, are answered by the plane; all others by `nearest`."""
 
-    def __init__(self, nearest: Nearest, nodes: np.ndarray, distance: np.ndarray, foot: np.ndarray, size: float):
+    def __init__(
+        self,
+        nearest: Nearest,
+        nodes: np.ndarray,
+        distance: np.ndarray,
+        foot: np.ndarray,
+        size: float,
+        within: tuple[float, float],
+    ):
         self.exact, self._size, self._distance = nearest, size, distance
         self._low = nodes.min(axis=0)
         place = np.round((nodes - self._low) / size).astype(np.int64)
@@ -32,7 +41,7 @@ class Band:
         self._index[tuple(place.T)] = np.arange(len(nodes))
         away = np.divide(1.0, distance, out=np.zeros_like(distance), where=np.abs(distance) > 1e-3 * size)
         self._outward = (nodes - foot) * away[:, None]
-        flat = _flat(self._index, place, self._outward, distance, size, FLAT * size)
+        flat = _flat(self._index, place, self._outward, distance, size, FLAT * size, *within)
         self._index[tuple(place[~flat].T)] = -1
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -46,21 +55,24 @@ class Band:
 
 
 @njit(cache=True)
-def _flat(index, place, outward, distance, size, most):
-    """Which nodes (n,) have a plane that meets the distances at the nodes around them to within `most` [m]."""
+def _flat(index, place, outward, distance, size, most, least, largest):
+    """Which nodes (n,) have a plane that meets the distances at the nodes around them to within `most` [m], and puts nodes
+    that are not there beyond the distances from `least` to `largest`."""
     flat = np.ones(len(place), np.bool_)
     for i in range(len(place)):
         a, b, c = place[i]
         normal = outward[i]
         good = normal[0] != 0.0 or normal[1] != 0.0 or normal[2] != 0.0
-        for p in range(max(a - 1, 0), min(a + 2, index.shape[0])):
-            for q in range(max(b - 1, 0), min(b + 2, index.shape[1])):
-                for r in range(max(c - 1, 0), min(c + 2, index.shape[2])):
-                    j = index[p, q, r]
-                    if not good or j < 0:
-                        continue
+        for p in range(a - 1, a + 2):
+            for q in range(b - 1, b + 2):
+                for r in range(c - 1, c + 2):
+                    inside = 0 <= p < index.shape[0] and 0 <= q < index.shape[1] and 0 <= r < index.shape[2]
+                    j = index[p, q, r] if inside else -1
                     plane = distance[i] + size * ((p - a) * normal[0] + (q - b) * normal[1] + (r - c) * normal[2])
-                    good = abs(plane - distance[j]) < most
+                    if j >= 0:
+                        good = good and abs(plane - distance[j]) < most
+                    else:
+                        good = good and (plane < least + most or plane > largest - most)
         flat[i] = good
     return flat
 

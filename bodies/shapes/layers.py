@@ -201,7 +201,7 @@ def near(
         kept = (distance < margin) & (distance > -reach - margin)
         cells = cells[kept]
         if dim == 3 and finer == 0 and len(cells):
-            nearest = Band(nearest, cells, distance[kept], foot[kept], size)
+            nearest = Band(nearest, cells, distance[kept], foot[kept], size, (-reach - margin, margin))
         size /= 2
         cells = (cells[:, None] + corner * size).reshape(-1, dim)
     distance, foot = nearest(cells)

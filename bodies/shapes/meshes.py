@@ -48,6 +48,10 @@ class Surface:
         beyond[close] = self._nearest(points[close])[0]
         return beyond
 
+    def foot(self, points: np.ndarray) -> np.ndarray:
+        """The closest places (n, dim) on the surface to points (n, dim)."""
+        return self._nearest(points)[1]
+
     def support(self, direction: np.ndarray) -> float:
         """How far the surface reaches along a direction (dim,) [m]."""
         return float((self._vertices @ direction).max())

@@ -54,7 +54,7 @@ class Tank(Box):
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
     bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground, or grid (XYZ, ASC, GeoTIFF)
-    grid: Grid = Grid()  # where a bathymetry that is a grid lies
+    grid: Grid | None = None  # where a bathymetry that is a grid lies
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
     @property
