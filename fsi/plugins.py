@@ -80,6 +80,14 @@ def find(group: str, name: str) -> Any:
         ) from fault
 
 
+def check_ours(group: str, name: str) -> None:
+    """Raise SceneError where another package brings a thing by the name of one of ours, which stands in no group."""
+    if entries := registered(group).get(name, ()):
+        packages = ", ".join(map(_package, entries))
+        fault = f"the {group.removesuffix('s')} {name!r} is one of ours, and {packages} brings another by that name"
+        raise SceneError(fault, fix="rename it there, or uninstall that package")
+
+
 def _package(entry: EntryPoint) -> str:
     return entry.dist.name if entry.dist else "unknown"
 

@@ -9,7 +9,7 @@ from numba import njit
 
 Nearest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # points -> (signed distance, closest surface point)
 
-FLAT = 0.1  # cells that a node's plane may miss the distances at the nodes around it: curved by 15 cells or more
+FLAT = 0.1  # cells that a node's plane may miss the distances around it: curved by 15 cells or more
 MOST = 2**26  # nodes of the box around the lattice
 
 
@@ -18,8 +18,8 @@ class Band:
     with cells of a `size` [m], whose exact `distance` (n,) and `foot` (n, 3) are known.
 
     The lattice has all nodes whose distance lies between the two of `within`. A node is flat where its plane meets the
-    distances at all nodes around it to FLAT cells, and tells of those that the lattice lacks that they lie beyond. Points in its cell, for which the
-    plane errs by a quarter of that at most, are answered by the plane; all others by `nearest`."""
+    distances at all nodes around it to FLAT cells, and tells of those that the lattice lacks that they lie beyond. Points in
+    its cell, for which the plane errs by a quarter of that at most, are answered by the plane; all others by `nearest`."""
 
     def __init__(
         self,

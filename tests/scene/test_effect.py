@@ -113,8 +113,8 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
     "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",
-    "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `idle_solids`",
-    "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `idle_solids`",
+    "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `dry_gauges`",
+    "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `check_inside`",
     "bodies.*.glued_layers": "told by `idle_solids` where no body of the file moves",
     "bodies.*.pto.kind bodies.*.pto.damping bodies.*.pto.stiffness bodies.*.pto.hold bodies.*.pto.least_speed": "the force",
     "bodies.*.pto.force bodies.*.pto.file bodies.*.pto.function": "the force; refused for prescribed motion",
@@ -243,20 +243,34 @@ class Fixed:
         return []
 
 
-def test_solids_outside_the_tank_are_told(scene):
+def test_a_bathymetry_outside_the_tank_is_refused(scene):
     tank, far, near = scene({}), Ground((250, -1), (251, 1), "quay"), Ground((2, -1), (3, -0.3), "sill")
     with pytest.raises(SceneError, match=r"tank.bathymetry: has no effect: no part of it lies in the tank; move it"):
         idle_solids(tank, None, far)
-    assert idle_solids(tank, Fixed(far), None) == [
-        "bodies: fixed wet geom 'quay' has no effect: it lies outside the tank"
-    ]
-    assert idle_solids(tank, Fixed(near), near) == []
+    assert idle_solids(tank, Fixed(near), near) == []  # fixed geoms outside are told where bodies are checked
 
 
 def test_gauges_over_dry_ground_are_told(scene):
-    wet = scene({"gauges.a": "{x = 2.5}"})
-    assert idle_solids(wet, None, Ground((2, -1), (3, -0.3))) == []
-    [line] = idle_solids(wet, None, Ground((2, -1), (3, 0.2)))
-    assert line.startswith("gauges.a: stands over dry ground up to z = 0.2 m, the water is at 0 m")
-    dam = scene({"gauges.a": "{x = 2.5}"} | BLOCK)
-    assert idle_solids(dam, None, None) == []
+    from fsi.fluid.gauges import dry_gauges
+    from fsi.particles.layout import build
+
+    for ground, keys in (
+        (None, {}),
+        (Ground((2, -1), (3, -0.3)), {}),
+        (Ground((2, -1), (3, 0.2)), None),
+        (None, BLOCK),
+    ):
+        it = scene({"gauges.a": "{x = 2.5}"} | (keys or {}))
+        laid = build(it, None, ground)
+        told = dry_gauges(it, laid.position, laid.boundary)
+        assert bool(told) == (keys != {})
+        assert all("gauges a: no free surface there at the start" in line for line in told)
+
+
+def test_water_up_to_a_top_without_a_wall_is_refused(scene):
+    with pytest.raises(
+        SceneError, match=r"still_water_level: 0.5 m is the tank's top, where there is no wall.*; raise tank.max"
+    ):
+        scene({"fluid.still_water_level": "0.5"})
+    lid = '["x-", "x+", "z-", "z+"]'
+    assert scene({"fluid.still_water_level": "0.5", "tank.walls": lid}).closed
