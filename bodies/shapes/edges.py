@@ -16,8 +16,11 @@ def particles(nearest: Nearest, shallow: np.ndarray, target: float, spacing: flo
     """Particles (n, dim) at the depth `target` [m] under two faces or more at once, a spacing apart along edges, and in
     the first layer those between them and the tip of an acute edge. `shallow` (m, dim): those points of a lattice of size
     `step` that, moved along the normal to that depth under the nearest face, are not as deep under another."""
-    shallow = _beside_edges(nearest, shallow, target)
-    if target > spacing and len(shallow):  # a deep wedge: what lies next to where its points are moved is enough
+    if shallow.shape[1] == 3:  # where they are many
+        shallow = _beside_edges(nearest, shallow, target)
+    if (
+        shallow.shape[1] == 3 and target > spacing and len(shallow)
+    ):  # deep: those next to where they are moved are enough
         place, faces = _meet(nearest, shallow, target)
         shallow = shallow[(faces > 0) & (np.linalg.norm(place - shallow, axis=1) < CLOSE * step)]
     if len(shallow) == 0:
