@@ -114,7 +114,7 @@ def mesh_solid(
     if not path.is_file():
         raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix="give the path of an STL, OBJ or PLY file")
     if path.suffix.lower() not in FORMATS:
-        raise SceneError(f"{path.suffix!r} is no mesh format read here", file=path, fix="export it as STL, OBJ or PLY")
+        raise SceneError(f"{path.suffix!r} is no mesh format read here", file=path, fix=READABLE)
     check_bytes(path, MOST_BYTES, "export it with fewer triangles, as binary STL")
     try:
         loaded = trimesh.load_mesh(path)
