@@ -58,6 +58,8 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx, cmd_name: str):
         if own := super().get_command(ctx, cmd_name):
+            with exit_codes():
+                plugins.check_ours("commands", cmd_name)
             return own
         return Registered(cmd_name) if cmd_name in plugins.registered("commands") else None
 

@@ -65,6 +65,12 @@ def _positions(scene: Scene) -> Iterator[Fault]:
     low, high = tank.min[-1], tank.max[-1]
     if not scene.fluid.blocks and not low < level <= high:
         yield "fluid.still_water_level", f"{level:g} m is not in the tank, z = {low:g} to {high:g} m", "move it inside"
+    if scene.closed and not (tank.bathymetry or "z+" in tank.walls or "z" in tank.periodic):
+        fault = (
+            f"{level:g} m is the tank's top, where there is no wall: water under no lid has a free surface, and no room"
+        )
+        fix = "raise tank.max for a free surface, or add 'z+' to tank.walls for a closed tank"
+        yield "fluid.still_water_level", fault, fix
     for n, zone in enumerate(scene.damping):
         axis = "xy".index(zone.axis)
         if zone.axis == "y" and scene.dimension == 2:

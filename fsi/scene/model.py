@@ -37,12 +37,26 @@ class Box(Part):
         return self
 
 
+GRIDS = (".xyz", ".asc", ".tif", ".tiff")  # suffixes of files of heights
+
+
+class Grid(Part):
+    """Where a bathymetry that is a grid of heights (XYZ, ASC, GeoTIFF) lies in the tank."""
+
+    origin: tuple[Number, Number] = (0.0, 0.0)  # of the tank, x = y = 0, in the file's coordinates [m]
+    direction: Number = 0.0  # of the tank's x axis, anticlockwise from the file's x axis [degrees]
+    level: Number = 0.0  # height in the file of the tank's z = 0 [m]
+    depths: bool = False  # the file holds depths, positive downwards
+    missing: Number | None = None  # what the file would hold where it has no data [m]; None: refused inside the tank
+
+
 class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
-    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
+    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground, or grid (XYZ, ASC, GeoTIFF)
+    grid: Grid | None = None  # where a bathymetry that is a grid lies
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
     @property
