@@ -21,7 +21,7 @@ from fsi.owners import FIRST_BODY, WALL
 from fsi.protocols import BodyMotion, Visual
 from fsi.scene.model import Scene
 
-BODY, JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
+BODY, JOINT, ACTUATOR = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_ACTUATOR
 SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -67,6 +67,7 @@ class BodySet:
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
+        self.actuator_names = tuple(name_of(model, ACTUATOR, a) for a in range(model.nu))
         self._round: dict[int, Roundness] = {}
         self._solids, labels, said = self._make_solids(geoms, weighed)
         notes += said
@@ -190,6 +191,16 @@ class BodySet:
         """`sensor_reading` (sensors,) of the MJCF file's sensors under the fluid's wrench (b, 6), hinge reactions among them;
         empty for a file without any."""
         return {"sensor_reading": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
+
+    def controls(self) -> dict[str, np.ndarray]:
+        """`control` and `actuator_force`, each (actuators,), over the last step; empty for a file without actuators."""
+        data = self.data
+        return {"control": data.ctrl.copy(), "actuator_force": data.actuator_force.copy()} if self.model.nu else {}
+
+    def expose(self, wrench: np.ndarray) -> None:
+        """Give `data` the sensor readings and the joint accelerations of `mj_forward` under the fluid's wrench (b, 6). No step
+        to come depends on them."""
+        self._stepper.expose(self._bodies, wrench)
 
     def state(self) -> dict:
         """The whole state, for `restore`; bit for bit. What a user's function of a power take-off remembers is not in."""

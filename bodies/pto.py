@@ -7,8 +7,7 @@ c = -df/dv; `bodies.implicit` takes f at the end of the step with them, so that 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from importlib.util import module_from_spec, spec_from_file_location
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ import numpy as np
 from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
 from fsi.tables import read_table
+from fsi.user_code import load
 
 FRICTIONLESS = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
@@ -91,7 +91,7 @@ class Python:
     """A user's function of (time, position, velocity), slopes by central differences."""
 
     def __init__(self, settings: PythonPto, key: str, source: object):
-        self._name, self._call = str(settings.function), _function(settings.function, key, source)
+        self._name, self._call = str(settings.function), load(settings.function, key, source)
         self._given: list[tuple[tuple[float, float, float], float]] = []  # the first and the latest (t, x, v) and force
         self._force(0.0, 0.0, 0.0)
 
@@ -241,22 +241,3 @@ def _make(settings: object, key: str, source: object):
 def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     rows = read_table(file, ("velocity", "force"), 2)
     return rows[:, 0], rows[:, 1]
-
-
-def _function(place: Path, key: str, source: object) -> Callable[[float, float, float], float]:
-    """The function that `FILE.py:NAME` names."""
-    path, _, name = str(place).rpartition(":")
-    fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
-    if not path or not Path(path).is_file():
-        raise SceneError(f"no file {path or name!r}", key=f"{key}.function", file=source, fix=fix)
-    spec = spec_from_file_location(f"pto_{Path(path).stem}", path)
-    module = module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as fault:  # of any kind: it is the user's code
-        raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from fault
-    found = getattr(module, name, None)
-    if not callable(found):
-        known = ", ".join(n for n, value in vars(module).items() if callable(value) and not n.startswith("_")) or "none"
-        raise SceneError(f"no function {name!r}", key=f"{key}.function", file=source, fix=f"{path} has: {known}")
-    return found

@@ -107,12 +107,21 @@ class Stepper:
     def sense(self, bodies: np.ndarray, wrench: np.ndarray) -> np.ndarray:
         """Readings of the model's sensors where everything stands now, under the wrench (b, 6) on `bodies`. Force and
         torque sensors see it, since MuJoCo counts `xfrc_applied` among the external forces."""
+        return self._forward(bodies, wrench).sensordata.copy()
+
+    def expose(self, bodies: np.ndarray, wrench: np.ndarray) -> None:
+        """Put these readings, and the joint accelerations under that load, into the data, where no step reads them."""
+        now = self._forward(bodies, wrench)
+        self.data.sensordata[:], self.data.qacc[:] = now.sensordata, now.qacc
+
+    def _forward(self, bodies: np.ndarray, wrench: np.ndarray) -> mujoco.MjData:
+        """MuJoCo's `mj_forward` of where everything stands now, beside the data of the run."""
         trial = self._scratch
         mujoco.mj_setState(self.model, trial, self._state(), STATE)
         trial.xfrc_applied[bodies] = wrench
         trial.qfrc_applied[:] = self.ptos.driving
         mujoco.mj_forward(self.model, trial)
-        return trial.sensordata.copy()
+        return trial
 
     def state(self) -> dict:
         """MuJoCo's integration state (with its warm start), what power take-offs remember, the penetration so far, and

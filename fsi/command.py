@@ -119,6 +119,7 @@ def run(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     live: Annotated[bool, typer.Option("--live", help="Show the timeline in the browser as the run goes on.")] = False,
+    viewer: Annotated[Literal["mujoco"] | None, typer.Option(help="Watch the bodies in MuJoCo's own viewer.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -132,6 +133,7 @@ def run(
             overrides=settings or (),
             level=level,
             live=live,
+            viewer=viewer,
             quiet=quiet,
         )
         if as_json:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fsi.errors import SceneError
 from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
@@ -12,13 +13,23 @@ from fsi.runner import Run, finish
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
 
+if TYPE_CHECKING:
+    from fsi.protocols import Controller
+
 
 def resume(
-    directory: str | Path, *, until: float | None = None, threads: int | None = None, quiet: bool = False
+    directory: str | Path,
+    *,
+    until: float | None = None,
+    threads: int | None = None,
+    quiet: bool = False,
+    controller: Controller | None = None,
+    control_interval: float | None = None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
-    that was never stopped, bit for bit; `wall_time` apart.
+    that was never stopped, bit for bit; `wall_time` apart. A controller that was given to `fsi.run` in Python has to be given
+    again, as a fresh object.
 
     Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
     RunError where the run fails.
@@ -43,6 +54,8 @@ def resume(
 
     recorders = open_recorders(scene, path, None, facts["log"])
     sim = Simulation(scene, recorders=recorders, threads=threads)
+    if controller is not None:
+        sim.steer(controller, control_interval)
     try:
         sim.restore(state)
     except (ValueError, KeyError) as fault:

@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fsi.errors import SceneError
 from fsi.plugins import function
@@ -23,6 +23,9 @@ from fsi.scene.model import Scene
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+    from fsi.protocols import Controller
+    from fsi.simulation.view import View
 
 
 @dataclass(frozen=True)
@@ -54,11 +57,17 @@ def run(
     level: str | None = None,
     live: bool = False,
     quiet: bool = False,
+    on_step: Callable[[View], None] | None = None,
+    controller: Controller | None = None,
+    control_interval: float | None = None,
+    viewer: Literal["mujoco"] | None = None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
-    `live` shows the timeline in the browser as the run goes on, on this machine only.
+    `live` shows the timeline in the browser as the run goes on, `viewer="mujoco"` the bodies in MuJoCo's own viewer, both on
+    this machine only. `on_step` is called after each step with the run as it stands (`fsi.simulation.view.View`);
+    `controller` before every step, or every `control_interval` seconds, and may set `data.ctrl` (`fsi.protocols.Controller`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
@@ -74,17 +83,21 @@ def run(
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    viewer = _viewer() if live else None
-    recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
+    window = _window(bodies) if viewer else None
+    web = _viewer() if live else None
+    recorders = open_recorders(scene, folder.path, web and web.sink)
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+    if controller is not None:
+        sim.steer(controller, control_interval)
     check_room(scene, bodies, sim.counts["fluid"], folder.path)
     folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
     say(f"writing to {folder.path}")
-    return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+    with window or nullcontext():
+        return finish(sim, folder, recorders, scene.duration, say, web, quiet, _watching(sim, window, on_step))
 
 
-def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False) -> Run:
-    """Run a simulation to `until` [s] in its folder, with a line of progress."""
+def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False, watch=None) -> Run:
+    """Run a simulation to `until` [s] in its folder, with a line of progress; `watch` is called with it after each step."""
     from fsi.progress import Progress
     from fsi.simulation.logged import carry_out
     from fsi.simulation.signals import exit_code
@@ -96,6 +109,8 @@ def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=No
 
         def on_step(sim) -> None:
             progress(sim)
+            if watch:
+                watch(sim)
             for event in sim.events[len(told) :]:
                 told.append(event.text)
                 if event.level == "warning":
@@ -128,6 +143,10 @@ def check(
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     scene, label = _load(scene, overrides, until, level)
     bodies, coupler, ground = bind(scene, label)
+    if scene.control:
+        from fsi.simulation.control import controller_of
+
+        controller_of(scene, label)
     from fsi.estimate import checkpoint_cost, estimate, measured
     from fsi.scene.check_waves import wave_summary
 
@@ -202,6 +221,32 @@ def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
         return scene_warnings(scene) + idle_solids(scene, bodies, ground)
     except SceneError as error:
         raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None
+
+
+def _window(bodies):
+    """MuJoCo's own viewer. Raises SceneError where it cannot be opened."""
+    if bodies is None:
+        raise SceneError("MuJoCo's viewer shows bodies, and the scene has none", key="--viewer", fix="use --live")
+    return function("mujoco_viewer")(bodies)
+
+
+def _watching(sim, window, on_step):
+    """What is called after each step, None where nothing is."""
+    if not window and not on_step:
+        return None
+    from fsi.simulation.view import View
+
+    view = View(sim)
+
+    def watch(sim) -> None:
+        if on_step:
+            view.refresh()
+            on_step(view)
+            view.settle()
+        if window:
+            window.show(sim)
+
+    return watch
 
 
 def _viewer():

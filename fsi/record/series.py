@@ -34,6 +34,8 @@ SERIES = {
     "joint_force": Series(("joint",), "N", "force of spring, damper, actuators and power take-off on the joint", "N m"),
     "pto_power": Series(("joint",), "W", "power that damper, actuators and power take-off absorb"),
     "sensor_reading": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
+    "control": Series(("actuator",), "SI", "control of the actuators, in the units of the body files"),
+    "actuator_force": Series(("actuator",), "SI", "force of the actuators, N or N m by what they act on"),
     "elevation": Series(("gauge",), "m", "free surface above still water"),
     "pressure": Series(("probe",), "Pa", "pressure"),
     "kinetic_energy": Series((), "J", "kinetic energy of the fluid"),
@@ -73,6 +75,7 @@ def labels(scene: Scene, bodies: BodySet | None) -> dict[str, list[str]]:
         "dry_body": list(bodies.dry_names) if bodies else [],
         "joint": list(bodies.joint_names) if bodies else [],
         "sensor": list(bodies.sensor_names) if bodies else [],
+        "actuator": list(getattr(bodies, "actuator_names", ())),
         "gauge": list(scene.gauges),
         "probe": list(scene.probes),
     }

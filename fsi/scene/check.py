@@ -18,7 +18,7 @@ from fsi.waves.kind import Fault
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _control, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -129,6 +129,11 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
 
 def _coupler(scene: Scene) -> Iterator[Fault]:
     return scene.coupler.faults(scene)
+
+
+def _control(scene: Scene) -> Iterator[Fault]:
+    if scene.control and not scene.bodies:
+        yield "control", "there are no bodies with actuators", "add [bodies.NAME] with mjcf, or remove it"
 
 
 def _files(scene: Scene) -> Iterator[Fault]:

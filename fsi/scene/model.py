@@ -195,6 +195,15 @@ class BodyFile(Part):
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 
+class Control(Part):
+    """A controller of the actuators: `FILE.py:NAME` is a function of the run as it stands, or a class whose objects are; it sets
+    `run.data.ctrl`."""
+
+    function: FilePath
+    interval: Positive | None = None  # from one call to the next [s]; None: before every step
+    settings: dict[str, bool | Number | str] = {}  # for the class's __init__
+
+
 ACCURACY = {  # defaults that differ from those of `normal`
     "draft": {"smoothing_ratio": 1.5, "mach": 0.3},
     "fine": {
@@ -288,6 +297,7 @@ class Scene(Part):
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}
     bodies: dict[str, BodyFile] = {}
+    control: Control | None = None
     coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()
     output: Output = Output()

@@ -237,6 +237,7 @@ class Balance(Remembers):
             "dry_quaternion": quaternions(dry_rotation),
             **self.bodies.joints(),
             **self.bodies.sensors(self.wrench[FIRST_BODY:]),
+            **self.bodies.controls(),
         }
 
 
