@@ -120,6 +120,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "numerics.smoothing_ratio numerics.solver numerics.precision numerics.viscosity": "in every sweep",
     "numerics.density_relaxation numerics.fixed_time_step": "in every step",
     "output.mcap output.timeline": "a stream more or less",
+    "control.function control.interval control.settings": "refused without bodies, actuators, or a class that takes them",
     "output.checkpoint": "checkpoints more or less often",
     "alarms.lost_particles alarms.energy": "when a run fails",
     "bodies.*.dry_inside": "water inside an open body or none",

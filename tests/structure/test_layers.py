@@ -27,7 +27,7 @@ LAYERS = (  # of fsi, from below; those in one layer know nothing of each other,
     {"fluid"},
     {"simulation"},
     {"estimate", "session"},
-    {"runner"},
+    {"runner", "environment"},
     {"resuming"},
     {""},  # fsi itself, the public names
     {"command"},
