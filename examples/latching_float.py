@@ -1,7 +1,5 @@
 """A float that is held at the ends of its swings takes more power out of regular waves than with any constant damping."""
 
-import sys
-
 import fsi
 
 PERIOD = 2.2  # s, of the waves; the float's own is 1.2 s
@@ -14,11 +12,6 @@ scene = fsi.Scene(
     damping=[{"start": 4.0, "end": 6.0}],
     bodies={"float": {"mjcf": "package://bodies/models/heaving_float.xml", "position": (2.4, 0.0, 0.0)}},
 )
-
-
-def absorbed(run) -> float:
-    """Power that the brake takes [W]."""
-    return float(-run.data.actuator_force[0] * run.data.qvel[0])
 
 
 def mean_power(env, damping: float, hold: float = 0.0) -> float:
@@ -36,8 +29,8 @@ def mean_power(env, damping: float, hold: float = 0.0) -> float:
 
 
 if __name__ == "__main__":
-    until = float(sys.argv[1]) if len(sys.argv) > 1 else scene.duration
-    env = fsi.Environment(scene, reward=absorbed, interval=0.05, duration=until, warm_up=8.0)
+    power = lambda run: float(-run.data.actuator_force[0] * run.data.qvel[0])  # noqa: E731 that the brake takes [W]
+    env = fsi.Environment(scene, reward=power, interval=0.05, warm_up=8.0)
     constant = {damping: mean_power(env, damping) for damping in (400.0, 800.0, 1200.0)}
     latched = mean_power(env, 200.0, hold=0.5)
     print(", ".join(f"{damping:g} N s/m: {power:.2f} W" for damping, power in constant.items()))

@@ -67,10 +67,14 @@ class Environment(gymnasium.Env):
         self.observation_names = (*self.session.bodies.sensor_names, *(f"elevation.{name}" for name in scene.gauges))
         if not self.observation_names:
             self.close()
-            raise SceneError("nothing is observed", key="bodies", fix="add <sensor> to the MJCF file, or gauges to the scene")
+            raise SceneError(
+                "nothing is observed", key="bodies", fix="add <sensor> to the MJCF file, or gauges to the scene"
+            )
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (len(self.observation_names),), np.float32)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start an episode; `options` are not used."""
         super().reset(seed=seed)
         session = self.session

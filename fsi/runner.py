@@ -96,7 +96,9 @@ def run(
         return finish(sim, folder, recorders, scene.duration, say, web, quiet, _watching(sim, window, on_step))
 
 
-def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False, watch=None) -> Run:
+def finish(
+    sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False, watch=None
+) -> Run:
     """Run a simulation to `until` [s] in its folder, with a line of progress; `watch` is called with it after each step."""
     from fsi.progress import Progress
     from fsi.simulation.logged import carry_out

@@ -142,7 +142,9 @@ class Session(View):
         try:
             return self.simulation.state()
         except TypeError as fault:  # a part that does not say what it remembers
-            return SceneError(f"the run cannot go back in time: {fault}", key="controller", fix="see fsi.protocols.Stateful")
+            return SceneError(
+                f"the run cannot go back in time: {fault}", key="controller", fix="see fsi.protocols.Stateful"
+            )
 
     def _opened(self) -> Simulation:
         if self._closed:

@@ -196,8 +196,8 @@ class BodyFile(Part):
 
 
 class Control(Part):
-    """A controller of the actuators: `FILE.py:NAME` is a function of the run as it stands, or a class whose objects are; it sets
-    `run.data.ctrl`."""
+    """A controller of the actuators: `FILE.py:NAME` is a function of the run as it stands, or a class whose objects are one;
+    it sets `run.data.ctrl`."""
 
     function: FilePath
     interval: Positive | None = None  # from one call to the next [s]; None: before every step

@@ -66,11 +66,18 @@ class View:
     @property
     def probes(self) -> dict[str, float]:
         """Pressure at each probe [Pa]."""
-        fluid, h, weight = self.simulation.fluid, self.scene.smoothing_length, self.scene.fluid.density * self.scene.gravity
+        fluid, h, weight = (
+            self.simulation.fluid,
+            self.scene.smoothing_length,
+            self.scene.fluid.density * self.scene.gravity,
+        )
         around = fluid.reductions.around
         return {
             name: pressure_at(
-                *around(probe.position, 2 * h, fluid.position, fluid.pressure_values), np.array(probe.position), h, weight
+                *around(probe.position, 2 * h, fluid.position, fluid.pressure_values),
+                np.array(probe.position),
+                h,
+                weight,
             )
             for name, probe in self.scene.probes.items()
         }
