@@ -49,7 +49,8 @@ class BodySet:
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
         sizes.check_model(model, geoms, scene, source)
-        self._bodies = np.array(
+        self._scene = scene
+        self._bodies = self.ids = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )
         checks.check_driven(model, geoms, source)
@@ -70,9 +71,13 @@ class BodySet:
         self.actuator_names = tuple(name_of(model, ACTUATOR, a) for a in range(model.nu))
         self._round: dict[int, Roundness] = {}
         self._solids, labels, said = self._make_solids(geoms, weighed)
+        if any(file.start == "equilibrium" for file in scene.bodies.values()):
+            notes += self._start_at_rest(scene)
+            self._solids, labels, said = self._make_solids(geoms, weighed)
         notes += said
         notes += checks.check_inside(self._solids, labels, self.names, scene, source)
         self._gaps = self._make_gaps(scene, geoms, source)
+        self._insides: dict[int, list[Held]] = {}  # body -> its inside, where it starts dry
         self._held, said = self._make_held(scene)
         notes += said
         self._round = self._find_round(geoms)
@@ -238,6 +243,65 @@ class BodySet:
             shown.append(Visual(name_of(model, GEOM, geom), owner, vertices, surface[1], colour))
         return shown
 
+    def hydrostatics(self) -> dict[str, dict[str, dict[str, float]]]:
+        """How each wet body floats in still water, `drawn`, and at `rest` where there is such a pose (`bodies.floating.facts`);
+        empty in a tank that is not filled with one liquid to its still water level."""
+        from bodies.floating import facts
+
+        scene = self._scene
+        if not self.names or scene.fluid.blocks or scene.liquids or not scene.gravity:
+            return {}
+        water = self._floating(scene)
+        found = {name: {"drawn": drawn} for name, drawn in facts(water, self).items()}
+        if scene.coupler.scheme == "prescribed":
+            return found
+        place = water.settle(self._still_forces, ~self._stepper.fixed)
+        if place is not None:
+            drawn, moved = self.data.qpos.copy(), self.motion().position[:, 2]
+            self._pose(place)
+            for name, rest, rise in zip(
+                found, facts(water, self).values(), self.motion().position[:, 2] - moved, strict=True
+            ):
+                found[name]["rest"] = rest | {"rise": float(rise)}
+            self._pose(drawn)
+        return found
+
+    def _floating(self, scene: Scene):
+        from bodies.floating import Floating
+
+        width = scene.tank.width if self.dimension == 2 else None
+        return Floating(self, self._insides, scene.fluid.density, scene.fluid.still_water_level, width)
+
+    def _still_forces(self, data: mujoco.MjData) -> np.ndarray:
+        """Joint forces (nv,) besides those of the file, of bodies at rest."""
+        return self._ptos.at_rest(data)
+
+    def _pose(self, place: np.ndarray) -> None:
+        self.data.qpos[:] = place
+        self._stepper.refresh()
+
+    def _start_at_rest(self, scene: Scene) -> list[str]:
+        """Put the bodies of the files that start at their equilibrium there; notes on where that is."""
+        wanted = [key for key, file in scene.bodies.items() if file.start == "equilibrium"]
+        self._gaps, self._insides, self._held = [], {}, []
+        self._held, _ = self._make_held(scene)
+        moving = ~self._stepper.fixed
+        for dof, body in enumerate(self.model.dof_bodyid):
+            own = name_of(self.model, BODY, body).partition("/")[0] if len(scene.bodies) > 1 else wanted[0]
+            moving[dof] &= own in wanted
+        place = self._floating(scene).settle(self._still_forces, moving)
+        if place is None:
+            fix = '`fsi check` with start = "drawn" tells their masses and drafts; a body that sinks needs something to rest on'
+            raise SceneError("the bodies find no rest", key=f"bodies.{wanted[0]}.start", file=self._source, fix=fix)
+        before = self.motion().position.copy()
+        self._pose(place)
+        rises = zip(self.names, self.motion().position[:, 2] - before[:, 2], strict=True)
+        return [
+            f"body {name!r} starts at rest, {abs(rise):.3g} m {'above' if rise > 0 else 'below'} where it is drawn"
+            for name, rise in rises
+            if abs(rise) > 1e-9
+        ]
+
     def _joint(self, name: str) -> int:
         if name not in self.joint_names:
             known = ", ".join(self.joint_names) or "none"
@@ -291,6 +355,7 @@ class BodySet:
                     continue
                 if file.dry_inside:
                     found.append(inside)
+                    self._insides[b] = [inside]
                     continue
                 size = f"{inside.volume:.3g} {'m2' if self.dimension == 2 else 'm3'}"
                 fix = f"set bodies.{key}.dry_inside = true to leave it out"

@@ -190,6 +190,13 @@ class PowerTakeOffs:
         states = ((self._kinds[dof], data.qpos[self._position[dof]], data.qvel[dof]) for dof in self.dofs)
         return [kind.pull(data.time, float(x), float(v)) for kind, x, v in states]
 
+    def at_rest(self, data: mujoco.MjData) -> np.ndarray:
+        """Their forces (nv,) where the joints stand, without velocity; friction is not in."""
+        force = np.zeros(self.model.nv)
+        for dof, kind in self._kinds.items():
+            force[dof] = kind.pull(data.time, float(data.qpos[self._position[dof]]), 0.0).force
+        return force
+
     def note(self, data: mujoco.MjData, holding: np.ndarray) -> None:
         """Keep the forces after a step for the series. holding (nv,): damping of the joints that are held [N s/m]; the
         constraint forces in `data` are still those of the step."""

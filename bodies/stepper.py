@@ -55,6 +55,11 @@ class Stepper:
         self._weight = np.linalg.norm(model.opt.gravity) ** 2 * model.body_mass.sum()
         self.refresh()
 
+    @property
+    def fixed(self) -> np.ndarray:
+        """The degrees of freedom (nv,) that lead out of the plane."""
+        return self._stiff.fixed
+
     def advance(self, dt: float, bodies: np.ndarray, wrench: np.ndarray, added: np.ndarray, a0: np.ndarray):
         """Step by dt [s] under the wrench (b, 6) on `bodies` (b,) at their centres of mass, world frame, with the added
         inertia (nv, nv) about the joint acceleration a0 (nv,). Returns the mean joint acceleration (nv,).

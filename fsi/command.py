@@ -20,6 +20,7 @@ from fsi.errors import RunError, SceneError
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
+from fsi.scene.check_floating import floating_lines
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
@@ -169,7 +170,7 @@ def check(
             print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
             return
         print(resolved_toml(result["scene"]))
-        for line in (*result["waves"], *_estimate_lines(result["estimate"])):
+        for line in (*result["waves"], *floating_lines(result["hydrostatics"]), *_estimate_lines(result["estimate"])):
             print(f"# {line}")
         for line in (*result["warnings"], *result["notes"]):
             print(line, file=sys.stderr)

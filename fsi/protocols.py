@@ -134,6 +134,9 @@ class BodySet(Stateful, Protocol):
         `acceleration` (nv,) and falls by `added_inertia` (nv, nv) for each unit above it. Returns the mean joint
         acceleration (nv,) over the step."""
 
+    def hydrostatics(self) -> dict:
+        """How each wet body floats: name -> `drawn` and, where there is a pose at rest, `rest`, each a dict of figures."""
+
     def state(self) -> dict:
         """The whole state, see `Stateful`; couplers also go back to it within a step."""
 

@@ -18,6 +18,7 @@ from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids
+from fsi.scene.check_floating import afloat, narrow
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 
@@ -139,7 +140,7 @@ def check(
     threads: int | None = None,
 ) -> dict[str, Any]:
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
+    seconds), `waves` in figures, `hydrostatics` of the bodies (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
     are run and timed (`fsi.estimate.measured`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
@@ -162,7 +163,8 @@ def check(
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
-        "warnings": _warnings(scene, bodies, ground, label),
+        "hydrostatics": (floats := bodies.hydrostatics() if bodies else {}),
+        "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
         "notes": notes,
     }
 

@@ -192,6 +192,7 @@ class BodyFile(Part):
         0  # of fluid, in the gap to fixed wet geoms, that move with the body
     )
     dry_inside: bool = False  # an open body starts without the water that it holds
+    start: Literal["drawn", "equilibrium"] = "drawn"  # pose at t = 0; equilibrium: where the bodies float at rest
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 

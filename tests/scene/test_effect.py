@@ -113,6 +113,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",
     "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `idle_solids`",
     "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `idle_solids`",
+    "bodies.*.start": "refused where the bodies find no rest, or nothing moves them",
     "bodies.*.glued_layers": "told by `idle_solids` where no body of the file moves",
     "bodies.*.pto.kind bodies.*.pto.damping bodies.*.pto.stiffness bodies.*.pto.hold bodies.*.pto.least_speed": "the force",
     "bodies.*.pto.force bodies.*.pto.file bodies.*.pto.function": "the force; refused for prescribed motion",
