@@ -137,9 +137,9 @@ def _tilting(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 
 def facts(floating: Floating, bodies) -> dict[str, dict[str, float]]:
-    """The figures of each body where it stands, SI units. `mass` is that of all that hangs together, for the bodies of one tree;
-    heights are z in the tank, `heel` is in degrees. One wet body that floats freely has a `metacentric_height`, for pitch, and in
-    three dimensions a `metacentric_height_roll`."""
+    """The figures of each body where it stands, SI units. `mass` is that of its whole tree of bodies; heights are z in the tank,
+    `heel` is in degrees. One wet body that floats freely has a `metacentric_height`, for pitch, and in three dimensions a
+    `metacentric_height_roll`."""
     motion, found, model, data = bodies.motion(), {}, bodies.model, bodies.data
     roots = model.body_rootid[bodies.ids]
     for b, (name, one) in enumerate(zip(bodies.names, floating.buoyancies(bodies.motion()), strict=True)):

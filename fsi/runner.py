@@ -140,7 +140,8 @@ def check(
     threads: int | None = None,
 ) -> dict[str, Any]:
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `waves` in figures, `hydrostatics` of the bodies (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
+    seconds), `waves` in figures, `hydrostatics` of the bodies (`fsi.protocols.BodySet.hydrostatics`), `warnings` and
+    `notes`; with `measure`, the estimate comes from so many steps that
     are run and timed (`fsi.estimate.measured`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""

@@ -28,6 +28,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
         wave_faults,
         _coupler,
         _control,
+        _rest,
         _files,
     )
     # The other checks combine points, so they wait for the dimensions.
@@ -140,6 +141,17 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
 
 def _coupler(scene: Scene) -> Iterator[Fault]:
     return scene.coupler.faults(scene)
+
+
+def _rest(scene: Scene) -> Iterator[Fault]:
+    for name, body in scene.bodies.items():
+        if body.start == "drawn":
+            continue
+        if scene.fluid.blocks or scene.liquids or not scene.gravity:
+            fault = "the tank is not filled with one liquid to its still water level, in which bodies could rest"
+            yield f"bodies.{name}.start", fault, 'use start = "drawn"'
+        elif scene.coupler.scheme == "prescribed":
+            yield f"bodies.{name}.start", "the motion says where the bodies start", 'use start = "drawn"'
 
 
 def _control(scene: Scene) -> Iterator[Fault]:

@@ -74,8 +74,8 @@ def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[s
         if (found := _narrow_beside(scene, own, every)) is not None:
             place = ", ".join(f"{axis} = {value:.3g}" for axis, value in zip(scene.tank.axes, found[0], strict=True))
             lines.append(
-                f"body {name!r}: the water at {place} m is narrower than {SPACINGS} spacings ({SPACINGS * scene.spacing:.3g} m): "
-                f"what flows there is not resolved; a spacing of {found[1] / SPACINGS:.2g} m resolves it"
+                f"body {name!r}: the water at {place} m is narrower than {SPACINGS} spacings "
+                f"({SPACINGS * scene.spacing:.3g} m): what flows there is not resolved; a spacing of {found[1] / SPACINGS:.2g} m resolves it"
             )
     return lines
 
@@ -83,11 +83,11 @@ def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[s
 def _narrow_beside(scene: Scene, own: list[Solid], every: list[Solid]) -> tuple[np.ndarray, float] | None:
     """A place in the narrowest water beside a body (dim,) and its width there [m]; None where there is none."""
     dr, tank = scene.spacing, scene.tank
-    radius = 0.5 * SPACINGS * dr
+    step = dr / 2
     low = np.min([solid.bounds()[0] for solid in own], axis=0) - SPACINGS * dr
     high = np.max([solid.bounds()[1] for solid in own], axis=0) + SPACINGS * dr
     low, high = np.maximum(low, tank.min), np.minimum(high, tank.max)
-    counts = np.maximum(np.ceil((high - low) / dr - 1e-9).astype(int), 1)
+    counts = np.maximum(np.ceil((high - low) / step - 1e-9).astype(int), 1)
     if counts.prod() > MOST:
         return None
     points = low + (np.indices(counts).reshape(len(counts), -1).T + 0.5) * (high - low) / counts
@@ -99,8 +99,8 @@ def _narrow_beside(scene: Scene, own: list[Solid], every: list[Solid]) -> tuple[
             if f"{axis}{side}" in tank.walls:
                 room = np.minimum(room, np.abs(points[:, k] - wall))
     water = (room > 0.0) & (points[:, -1] < scene.fluid.still_water_level)
-    fits = (room >= radius - 0.51 * dr).reshape(counts)
-    covered = _within(fits, SPACINGS)  # by balls, and what is no farther from them than a corner of 60 degrees
+    fits = (room >= 0.5 * SPACINGS * dr - 0.51 * step).reshape(counts)
+    covered = _within(fits, 2 * SPACINGS)  # by balls, and what is no farther from them than a corner of 60 degrees
     left = water & ~covered.ravel()
     if not left.any():
         return None
