@@ -10,6 +10,7 @@ from bodies.conditions import conditions
 from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.moorings import moorings_of
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
 from bodies.shapes.gap import Gap, between
@@ -66,6 +67,8 @@ class BodySet:
         joints = dict(zip(self.joint_names, self._joints, strict=True))
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
+        self._moorings = self._stepper.moorings = moorings_of(model, self.data, scene, source)
+        self.mooring_names = self._moorings.names if self._moorings else ()
         sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
         self.actuator_names = tuple(name_of(model, ACTUATOR, a) for a in range(model.nu))
@@ -202,6 +205,10 @@ class BodySet:
         data = self.data
         return {"control": data.ctrl.copy(), "actuator_force": data.actuator_force.copy()} if self.model.nu else {}
 
+    def moorings(self) -> dict[str, np.ndarray]:
+        """`mooring_tension` (moorings,) [N] at the fairleads, where the bodies stand; empty for a scene without lines."""
+        return {"mooring_tension": self._moorings.tensions(self.data)} if self._moorings else {}
+
     def expose(self, wrench: np.ndarray) -> None:
         """Give `data` the sensor readings and the joint accelerations of `mj_forward` under the fluid's wrench (b, 6). No step
         to come depends on them."""
@@ -255,7 +262,7 @@ class BodySet:
         found = {name: {"drawn": drawn} for name, drawn in facts(water, self).items()}
         if scene.coupler.scheme == "prescribed":
             return found
-        place = water.settle(self._still_forces, ~self._stepper.fixed)
+        place = water.settle(self._still_forces, ~self._stepper.fixed, _height(scene))
         if place is not None:
             drawn, moved = self.data.qpos.copy(), self.motion().position[:, 2]
             self._pose(place)
@@ -274,7 +281,8 @@ class BodySet:
 
     def _still_forces(self, data: mujoco.MjData) -> np.ndarray:
         """Joint forces (nv,) besides those of the file, of bodies at rest."""
-        return self._ptos.at_rest(data)
+        force = self._ptos.at_rest(data)
+        return force + self._moorings.forces(data)[0] if self._moorings else force
 
     def _pose(self, place: np.ndarray) -> None:
         self.data.qpos[:] = place
@@ -289,7 +297,7 @@ class BodySet:
         for dof, body in enumerate(self.model.dof_bodyid):
             own = name_of(self.model, BODY, body).partition("/")[0] if len(scene.bodies) > 1 else wanted[0]
             moving[dof] &= own in wanted
-        place = self._floating(scene).settle(self._still_forces, moving)
+        place = self._floating(scene).settle(self._still_forces, moving, _height(scene))
         if place is None:
             fix = '`fsi check` with start = "drawn" tells their masses and drafts; a body that sinks needs something to rest on'
             raise SceneError("the bodies find no rest", key=f"bodies.{wanted[0]}.start", file=self._source, fix=fix)
@@ -389,6 +397,11 @@ class BodySet:
         y_axis, y = self.data.geom_xmat[geom].reshape(3, 3)[1], self.data.geom_xpos[geom, 1]
         across = triangles(self.model, geom)[0] @ y_axis + y
         return float(across.min()), float(across.max())
+
+
+def _height(scene: Scene) -> float:
+    """Of the tank [m]."""
+    return scene.tank.max[-1] - scene.tank.min[-1]
 
 
 def _colour(model: mujoco.MjModel, geom: int) -> np.ndarray:

@@ -82,8 +82,9 @@ class Floating:
     def buoyancies(self, motion: BodyMotion) -> list[Buoyancy]:
         return [hull.buoyancy(motion, b, self._level) for b, hull in enumerate(self.hulls)]
 
-    def settle(self, extra, moving: np.ndarray) -> np.ndarray | None:
-        """Joint positions (nq,) at which the bodies rest, None where they find none. `extra(data)` gives joint forces (nv,)
+    def settle(self, extra, moving: np.ndarray, reach: float) -> np.ndarray | None:
+        """Joint positions (nq,) at which the bodies rest, None where there are none within a rise or fall of `reach` [m].
+        `extra(data)` gives joint forces (nv,)
         besides those of the file, and only the degrees of freedom `moving` (nv,) leave their place.
 
         The bodies move without resistance, and stop whenever their kinetic energy falls (kinetic damping, Cundall 1976)."""
@@ -97,9 +98,11 @@ class Floating:
         model.dof_damping[:] = 0.0
         mujoco.mj_fwdPosition(model, trial)
         mujoco.mj_integratePos(model, trial.qpos, NUDGE * (_tilting(model, trial) & moving), 1.0)
-        calm, before = 0, 0.0
+        calm, before, start = 0, 0.0, source.xipos[ids, 2].copy()
         for _ in range(PASSES):
             mujoco.mj_fwdPosition(model, trial)
+            if np.abs(trial.xipos[ids, 2] - start).max() > reach:
+                return None
             motion = self._motion(trial, ids)
             trial.xfrc_applied[ids] = self._wrenches(motion)
             trial.qfrc_applied[:] = extra(trial)
@@ -137,7 +140,7 @@ def _tilting(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 
 def facts(floating: Floating, bodies) -> dict[str, dict[str, float]]:
-    """The figures of each body where it stands, SI units. `mass` is that of its whole tree of bodies; heights are z in the tank,
+    """The figures of each body where it stands, SI units. `mass` is that of its tree of bodies; heights are z in the tank,
     `heel` is in degrees. One wet body that floats freely has a `metacentric_height`, for pitch, and in three dimensions a
     `metacentric_height_roll`."""
     motion, found, model, data = bodies.motion(), {}, bodies.model, bodies.data

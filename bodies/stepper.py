@@ -17,6 +17,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from bodies.moorings import substeps as needed
 from bodies.penetration import Penetration
 from bodies.pto import PowerTakeOffs
 from bodies.stiff import StiffForces, out_of_plane
@@ -42,7 +43,7 @@ class Stepper:
         self.model, self.data, self.tolerance = model, data, tolerance
         self.notes: dict[str, str] = {}
         self.unsettled = 0
-        self.ptos = ptos
+        self.ptos, self.moorings = ptos, None
         self._stiff = StiffForces(model, ptos, self.notes)
         if plane:
             self._stiff.fixed = out_of_plane(model, data)
@@ -77,10 +78,16 @@ class Stepper:
         within, coupling = self._split(added)
         self._carry(diagonal)
         substeps = self._stiff.substeps(dt, data)
+        lines = None
+        if self.moorings:
+            lines = (data.qpos.copy(), *self.moorings.forces(data))
+            substeps = max(substeps, needed(dt, lines[2], own + added))
         model.opt.timestep = dt / substeps
         for _ in range(substeps):
             armature, force = self._stiff.implicit(dt / substeps, data, inertia)
             self._carry(diagonal + armature)
+            if lines:
+                force += self._lines(*lines)
             self._substep(load + force, within, coupling, a0)
             self.penetration.watch(data)
         data.xfrc_applied[bodies] = 0.0
@@ -96,6 +103,12 @@ class Stepper:
         if not (np.abs(acceleration) < mujoco.mjMAXVAL).all():
             raise RunError("unstable: the bodies accelerate without bound; try a smaller numerics.courant")
         return acceleration
+
+    def _lines(self, start: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+        """Joint force (nv,) of the mooring lines, linear about the joint positions at the start of the step."""
+        way = np.zeros(self.model.nv)
+        mujoco.mj_differentiatePos(self.model, way, 1.0, start, self.data.qpos)
+        return force - stiffness @ way
 
     def inertia(self) -> np.ndarray:
         """Mass matrix (nv, nv) where the bodies stand."""
@@ -125,6 +138,10 @@ class Stepper:
         mujoco.mj_setState(self.model, trial, self._state(), STATE)
         trial.xfrc_applied[bodies] = wrench
         trial.qfrc_applied[:] = self.ptos.driving
+        if self.moorings:
+            mujoco.mj_kinematics(self.model, trial)
+            mujoco.mj_comPos(self.model, trial)
+            self.moorings.add_wrenches(trial)
         mujoco.mj_forward(self.model, trial)
         return trial
 

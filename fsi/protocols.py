@@ -92,6 +92,7 @@ class BodySet(Stateful, Protocol):
     joint_dof: np.ndarray  # (joints,) index of each of these joints in qvel and in joint accelerations (nv,)
     sensor_names: tuple[str, ...]  # one for each number that the sensors of the body files read
     actuator_names: tuple[str, ...]
+    mooring_names: tuple[str, ...]  # lines that MuJoCo does not know
     mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
     dimension: int  # in two dimensions the fluid acts on x, z and pitch alone
     notes: tuple[str, ...]  # what was decided for the user so far: substeps, implicit springs, thin plates
@@ -124,6 +125,9 @@ class BodySet(Stateful, Protocol):
 
     def controls(self) -> dict[str, np.ndarray]:
         """`control` and `actuator_force`, each (actuators,), over the last step; empty where there are none."""
+
+    def moorings(self) -> dict[str, np.ndarray]:
+        """`mooring_tension` (moorings,), at the fairleads now; empty where there are none."""
 
     def expose(self, wrench: np.ndarray) -> None:
         """Bring what a user reads of the engine's data up to date, under the fluid's wrench (b, 6); steps to come do not

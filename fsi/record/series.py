@@ -36,6 +36,7 @@ SERIES = {
     "sensor_reading": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
     "control": Series(("actuator",), "SI", "control of the actuators, in the units of the body files"),
     "actuator_force": Series(("actuator",), "SI", "force of the actuators, N or N m by what they act on"),
+    "mooring_tension": Series(("mooring",), "N", "tension of the mooring line at its fairlead"),
     "elevation": Series(("gauge",), "m", "free surface above still water"),
     "pressure": Series(("probe",), "Pa", "pressure"),
     "kinetic_energy": Series((), "J", "kinetic energy of the fluid"),
@@ -76,6 +77,7 @@ def labels(scene: Scene, bodies: BodySet | None) -> dict[str, list[str]]:
         "joint": list(bodies.joint_names) if bodies else [],
         "sensor": list(bodies.sensor_names) if bodies else [],
         "actuator": list(getattr(bodies, "actuator_names", ())),
+        "mooring": list(getattr(bodies, "mooring_names", ())),
         "gauge": list(scene.gauges),
         "probe": list(scene.probes),
     }

@@ -29,6 +29,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
         _coupler,
         _control,
         _rest,
+        _moorings,
         _files,
     )
     # The other checks combine points, so they wait for the dimensions.
@@ -141,6 +142,15 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
 
 def _coupler(scene: Scene) -> Iterator[Fault]:
     return scene.coupler.faults(scene)
+
+
+def _moorings(scene: Scene) -> Iterator[Fault]:
+    for name, body in scene.bodies.items():
+        if body.moorings and scene.coupler.scheme == "prescribed":
+            yield f"bodies.{name}.moorings", "have no effect on prescribed motion", "remove them"
+        for line, mooring in body.moorings.items():
+            if mooring.body is not None and isinstance(mooring.fairlead, str):
+                yield f"bodies.{name}.moorings.{line}.body", "has no effect: the site says whose it is", "remove it"
 
 
 def _rest(scene: Scene) -> Iterator[Fault]:

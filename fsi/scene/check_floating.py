@@ -11,6 +11,7 @@ from fsi.protocols import BodySet, Solid
 from fsi.scene.model import Scene
 
 SPACINGS = 4  # across a gap, that a flow through it needs
+CORNER = 3  # spacings from the middle of a ball to the corner that it touches
 HEEL = 2.0  # degrees from the pose as drawn that are told
 MOST = 2_000_000  # cells that are looked at
 
@@ -75,7 +76,8 @@ def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[s
             place = ", ".join(f"{axis} = {value:.3g}" for axis, value in zip(scene.tank.axes, found[0], strict=True))
             lines.append(
                 f"body {name!r}: the water at {place} m is narrower than {SPACINGS} spacings "
-                f"({SPACINGS * scene.spacing:.3g} m): what flows there is not resolved; a spacing of {found[1] / SPACINGS:.2g} m resolves it"
+                f"({SPACINGS * scene.spacing:.3g} m): what flows there is not resolved; "
+                f"a spacing of {found[1] / SPACINGS:.2g} m resolves it"
             )
     return lines
 
@@ -100,7 +102,7 @@ def _narrow_beside(scene: Scene, own: list[Solid], every: list[Solid]) -> tuple[
                 room = np.minimum(room, np.abs(points[:, k] - wall))
     water = (room > 0.0) & (points[:, -1] < scene.fluid.still_water_level)
     fits = (room >= 0.5 * SPACINGS * dr - 0.51 * step).reshape(counts)
-    covered = _within(fits, 2 * SPACINGS)  # by balls, and what is no farther from them than a corner of 60 degrees
+    covered = _within(fits, 2 * CORNER)  # from the middle of a ball to a corner
     left = water & ~covered.ravel()
     if not left.any():
         return None

@@ -183,6 +183,20 @@ def _pto_count(pto) -> str:
 Ptos = Annotated[Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)]
 
 
+class Mooring(Part):
+    """A mooring line from an anchor to a fairlead on a body, quasi-static by MoorPy (`bodies.moorings`)."""
+
+    anchor: tuple[Number, Number, Number]  # in the tank [m]; at its floor the line rests on it
+    fairlead: (
+        str | tuple[Number, Number, Number]
+    )  # site of the file, or a point of the tank, with the body as drawn [m]
+    body: str | None = None  # that a point belongs to; None: the only one that moves
+    length: Positive  # unstretched [m]
+    mass: NonNegative  # per length, in air [kg/m]; 0 without a diameter: a straight spring that only pulls
+    diameter: NonNegative = 0.0  # of a solid line of its volume, for its buoyancy [m]
+    EA: Positive  # axial stiffness [N]
+
+
 class BodyFile(Part):
     """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
 
@@ -193,6 +207,7 @@ class BodyFile(Part):
     )
     dry_inside: bool = False  # an open body starts without the water that it holds
     start: Literal["drawn", "equilibrium"] = "drawn"  # pose at t = 0; equilibrium: where the bodies float at rest
+    moorings: dict[str, Mooring] = {}  # lines by name
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
 
 

@@ -238,6 +238,7 @@ class Balance(Remembers):
             **self.bodies.joints(),
             **self.bodies.sensors(self.wrench[FIRST_BODY:]),
             **self.bodies.controls(),
+            **self.bodies.moorings(),
         }
 
 
