@@ -7,7 +7,6 @@ import numpy as np
 from fsi.errors import RunError, SceneError
 from fsi.fluid.gauges import Surface, pressure_at
 from fsi.owners import FIRST_BODY
-from fsi.simulation.loop import Simulation
 
 FORCES = ("xfrc_applied", "qfrc_applied")  # of MuJoCo's data, which the fluid's forces take
 
@@ -18,7 +17,7 @@ class View:
     scene: as resolved; simulation: the `fsi.Simulation` inside, whose fluid and bodies may be looked at.
     """
 
-    def __init__(self, simulation: Simulation):
+    def __init__(self, simulation):
         self.scene, self.simulation = simulation.scene, simulation
         self._surface = Surface(simulation.fluid) if self.scene.gauges else None
         self._left: tuple[np.ndarray, np.ndarray] | None = None  # qpos and qvel as the last step left them

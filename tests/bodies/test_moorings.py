@@ -8,6 +8,7 @@ import pytest
 import fsi
 from bodies import load
 from fsi.errors import SceneError
+from fsi.record.series import labels
 
 pytest.importorskip("moorpy")
 
@@ -122,6 +123,23 @@ def test_the_equilibrium_carries_the_lines(bodies):
     down = -sum(pull[2] for pull in (line.pull(line.place(moored.data))[0] for line in moored._moorings._lines))
     assert moored.data.qpos[2] == pytest.approx(-down / (RHO * G * 0.3 * 0.3), rel=0.01) and down > 30
     assert moored.hydrostatics()["float"]["rest"]["rise"] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_moored_run_logs_its_tensions_and_sensors_feel_them(bodies, tmp_path):
+    bodies({})
+    line = {"anchor": (-1.0, 0.0, -0.5), "fairlead": "bow", "length": 0.95, "mass": 0.0, "EA": 2e3}
+    other = line | {"anchor": (1.0, 0.0, -0.5), "fairlead": (0.15, 0.0, 0.0)}
+    body = {"mjcf": tmp_path / "float.xml", "moorings": {"bow": line, "stern": other}, "start": "equilibrium"}
+    tank = {"min": (-1.0, -0.5), "max": (1.0, 0.3), "width": 0.3}
+    scene = fsi.Scene(spacing=0.05, duration=1.0, tank=tank, bodies={"float": body})
+    with fsi.open(scene, threads=1) as sim:
+        sim.run(0.1)
+        tension, other = sim.simulation.balance.series()["mooring_tension"]
+        assert labels(scene, sim.bodies)["mooring"] == ["bow", "stern"]
+        assert tension > 20 and tension == pytest.approx(other, rel=0.1)
+        assert abs(sim.data.qvel[0]) < 0.05  # it started where the line lets it rest
+        felt = sim.data.sensor("felt").data
+        assert np.linalg.norm(felt - [0, 0, 9.81]) < 2.0
 
 
 @pytest.mark.parametrize(
