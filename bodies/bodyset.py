@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from bodies import checks, messages, pto, sensors, sizes
+from bodies.assets import assets
 from bodies.conditions import conditions
 from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
@@ -66,6 +67,8 @@ class BodySet:
         self.joint_dof = model.jnt_dofadr[self._joints].astype(int)  # (joints,) index into joint accelerations (nv,)
         joints = dict(zip(self.joint_names, self._joints, strict=True))
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
+        notes += self._ptos.notes
+        self.files = tuple(file for one in scene.bodies.values() for file in assets(one.mjcf))
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         self._moorings = self._stepper.moorings = moorings_of(model, self.data, scene, source)
         self.mooring_names = self._moorings.names if self._moorings else ()

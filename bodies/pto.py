@@ -7,7 +7,7 @@ c = -df/dv; `bodies.implicit` takes f at the end of the step with them, so that 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,8 +90,8 @@ class Table:
 class Python:
     """A user's function of (time, position, velocity), slopes by central differences."""
 
-    def __init__(self, settings: PythonPto, key: str, source: object):
-        self._name, self._call = str(settings.function), load(settings.function, key, source)
+    def __init__(self, settings: PythonPto, function: Callable[[float, float, float], float]):
+        self._name, self._call = str(settings.function), function
         self._given: list[tuple[tuple[float, float, float], float]] = []  # the first and the latest (t, x, v) and force
         self._force(0.0, 0.0, 0.0)
 
@@ -127,6 +127,13 @@ class Python:
         return force
 
 
+class Unread:
+    """Stands for a user's function where a scene is checked and no code of it runs: no force."""
+
+    def pull(self, time: float, x: float, v: float) -> Pull:
+        return Pull(0.0)
+
+
 def _steepest(slope: float, force: float, at_rest: float, v: float) -> float:
     """Damping: the slope at the velocity v, or that of the chord to rest where it is steeper. With the chord a force that
     drops to its value at rest within the step does not reverse the motion."""
@@ -142,6 +149,7 @@ class PowerTakeOffs:
     def __init__(self, model: mujoco.MjModel, settings: Mapping[int, object], keys: Mapping[int, str], source: object):
         self.model = model
         self._kinds = {}
+        self.notes: list[str] = []
         self._friction = {}  # dof -> share of the joint's friction that is the power take-off's
         for joint, chosen in settings.items():
             dof = int(model.jnt_dofadr[joint])
@@ -156,7 +164,11 @@ class PowerTakeOffs:
                 model.dof_frictionloss[dof] = own + chosen.force
                 model.dof_solimp[dof, :2] = 0.9999  # a joint that sticks creeps by 1 - this of its free acceleration
             else:
-                self._kinds[dof] = _make(chosen, keys[joint], source)
+                self._kinds[dof] = kind = _make(chosen, keys[joint], source)
+                if isinstance(kind, Unread):
+                    self.notes.append(
+                        f"{keys[joint]}: {chosen.function} is not run by a check, and its force is taken as 0"
+                    )
         self.dofs = np.array(sorted(self._kinds), int)
         self._position = model.jnt_qposadr[model.dof_jntid] if model.nv else np.zeros(0, int)
         self._latching = {dof: kind for dof, kind in self._kinds.items() if isinstance(kind, Latching)}
@@ -242,7 +254,8 @@ def _make(settings: object, key: str, source: object):
         return Linear(settings)
     if isinstance(settings, TablePto):
         return Table(settings)
-    return Python(settings, key, source)
+    function = load(settings.function, key, source)
+    return Unread() if function is None else Python(settings, function)
 
 
 def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -42,16 +42,18 @@ class Environment(gymnasium.Env):
         threads: int = 1,
         overrides: Iterable[str] = (),
         level: str | None = None,
+        trust: bool = False,
     ):
         """`interval` [s] from one action to the next; an episode is truncated after `duration` [s] (that of the scene if not
         given) beyond `warm_up` [s], which are run with the controls of the file before it begins. `terminated(run)` ends an
         episode; `begin(run)` is called at its start and may set `run.data.qvel`, with `run.rng` for random numbers. Waves that
-        have a seed are others in each episode, unless `same_waves`. `overrides` and `level` are as in `fsi.load_scene`.
+        have a seed are others in each episode, unless `same_waves`. `overrides`, `level`
+        and `trust` are as in `fsi.open`.
 
         Raises SceneError for a scene that is wrong, has a controller of its own, or an actuator without `ctrlrange`;
         RunError from `step` where the run becomes unstable.
         """
-        self.session = open(scene, threads=threads, overrides=overrides, level=level)
+        self.session = open(scene, threads=threads, overrides=overrides, level=level, trust=trust)
         scene, model = self.session.scene, self.session.model
         if scene.control:
             self.close()

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fsi.errors import SceneError
+from fsi.messages import Messages
 from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
 from fsi.runner import Run, finish
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
+from fsi.trust import trusting
 
 if TYPE_CHECKING:
     from fsi.protocols import Controller
@@ -22,20 +23,21 @@ def resume(
     *,
     until: float | None = None,
     threads: int | None = None,
+    trust: bool = False,
     quiet: bool = False,
     controller: Controller | None = None,
     control_interval: float | None = None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
-    that was never stopped, bit for bit; `wall_time` apart. A controller that was given to `fsi.run` in Python has to be given
-    again, as a fresh object.
+    that was never stopped, bit for bit; `wall_time` apart. `trust` lets the Python code run that the scene names (`fsi.trust`).
+    A controller that was given to `fsi.run` in Python has to be given again, as a fresh object.
 
     Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
     RunError where the run fails.
     """
     path = Path(directory)
-    say = (lambda line: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
+    say = Messages(quiet)
     folder = RunFolder(path)
     folder.manifest = manifest = read_manifest(path)
     status = liveness(manifest)
@@ -53,7 +55,8 @@ def resume(
     from fsi.simulation.loop import Simulation
 
     recorders = open_recorders(scene, path, None, facts["log"])
-    sim = Simulation(scene, recorders=recorders, threads=threads)
+    with trusting(trust):
+        sim = Simulation(scene, recorders=recorders, threads=threads)
     if controller is not None:
         sim.steer(controller, control_interval)
     try:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
@@ -13,14 +12,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from fsi.errors import SceneError
+from fsi.messages import Messages
 from fsi.plugins import function
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids
 from fsi.scene.check_floating import afloat, narrow
-from fsi.scene.file import load_scene
+from fsi.scene.file import load_scene, scene_folder
 from fsi.scene.model import Scene
+from fsi.scene.paths import outside_notes
+from fsi.trust import checking, trusting
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -57,6 +59,7 @@ def run(
     overrides: Iterable[str] = (),
     level: str | None = None,
     live: bool = False,
+    trust: bool = False,
     quiet: bool = False,
     on_step: Callable[[View], None] | None = None,
     controller: Controller | None = None,
@@ -67,17 +70,19 @@ def run(
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
     `live` shows the timeline in the browser as the run goes on, `viewer="mujoco"` the bodies in MuJoCo's own viewer, both on
-    this machine only. `on_step` is called after each step with the run as it stands (`fsi.simulation.view.View`);
-    `controller` before every step, or every `control_interval` seconds, and may set `data.ctrl` (`fsi.protocols.Controller`).
+    this machine only. `trust` lets the Python code run that the scene names (`fsi.trust`). `on_step` is called after each step
+    with the run as it stands (`fsi.simulation.view.View`); `controller` before every step, or every `control_interval` seconds,
+    and may set `data.ctrl` (`fsi.protocols.Controller`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
-    scene, label = _load(scene, overrides, until, level)
-    say = _silent if quiet else _say
-    bodies, coupler, ground = bind(scene, label)
+    source, (scene, label) = scene, _load(scene, overrides, until, level)
+    say = Messages(quiet)
+    with trusting(trust):
+        bodies, coupler, ground = bind(scene, label)
     warnings = _warnings(scene, bodies, ground, label)
-    for line in (*warnings, *(bodies.notes if bodies else ())):
+    for line in (*warnings, *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)):
         say(line)
     folder = RunFolder.choose(scene, out)
     from fsi.estimate import check_room
@@ -87,7 +92,8 @@ def run(
     window = _window(bodies) if viewer else None
     web = _viewer() if live else None
     recorders = open_recorders(scene, folder.path, web and web.sink)
-    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+    with trusting(trust):
+        sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
     if controller is not None:
         sim.steer(controller, control_interval)
     check_room(scene, bodies, sim.counts["fluid"], folder.path)
@@ -98,7 +104,7 @@ def run(
 
 
 def finish(
-    sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False, watch=None
+    sim, folder: RunFolder, recorders: list, until: float, say: Messages, viewer=None, quiet: bool = False, watch=None
 ) -> Run:
     """Run a simulation to `until` [s] in its folder, with a line of progress; `watch` is called with it after each step."""
     from fsi.progress import Progress
@@ -108,12 +114,14 @@ def finish(
     told: list[str] = [
         event.text for event in sim.events
     ]  # texts of the events so far, whose warnings are said at once
-    with _watched(viewer, say), Progress(until, quiet=quiet) as progress:
+    with _watched(viewer, say), Progress(until, say, quiet=quiet) as progress:
 
         def on_step(sim) -> None:
             progress(sim)
             if watch:
                 watch(sim)
+            if fault := say.new_fault():
+                sim.report("warning", f"messages are lost: {fault}")
             for event in sim.events[len(told) :]:
                 told.append(event.text)
                 if event.level == "warning":
@@ -139,26 +147,30 @@ def check(
     measure: int = 0,
     threads: int | None = None,
 ) -> dict[str, Any]:
-    """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `waves` in figures, `hydrostatics` of the bodies (`fsi.protocols.BodySet.hydrostatics`), `warnings` and
-    `notes`; with `measure`, the estimate comes from so many steps that
+    """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
+    counts, memory_bytes, steps, seconds), `waves` in figures, `hydrostatics` of the bodies
+    (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
     are run and timed (`fsi.estimate.measured`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
-    scene, label = _load(scene, overrides, until, level)
-    bodies, coupler, ground = bind(scene, label)
-    if scene.control:
-        from fsi.simulation.control import controller_of
+    source, (scene, label) = scene, _load(scene, overrides, until, level)
+    with checking():
+        bodies, coupler, ground = bind(scene, label)
+        if scene.control:
+            from fsi.simulation.control import controller_of
 
-        controller_of(scene, label)
+            controller_of(scene, label)
     from fsi.estimate import checkpoint_cost, estimate, measured
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
-    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)]
+    if scene.control:
+        notes.append(f"control: {scene.control.function.name} is not run by a check")
     cost |= checkpoint_cost(scene, cost)
     if measure:
-        cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
+        with checking():
+            cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
     return {
         "scene": scene,
@@ -179,25 +191,18 @@ def validate(
     threads: int | None = None,
     jobs: int = 1,
     figures: bool = False,
+    trust: bool = False,
     quiet: bool = False,
 ) -> Any:
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.engine.validate`."""
-    say = _silent if quiet else _say
-    return function("validate")(
-        tuple(names),
-        levels=tuple(levels),
-        solvers=tuple(solvers),
-        out=out,
-        threads=threads,
-        jobs=jobs,
-        figures=figures,
-        say=say,
-    )
+    options = {"out": out, "threads": threads, "jobs": jobs, "figures": figures, "say": Messages(quiet)}
+    with trusting(trust):
+        return function("validate")(tuple(names), levels=tuple(levels), solvers=tuple(solvers), **options)
 
 
 def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False) -> Any:
     """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
-    return function("bench")(quick=quick, large=large, out=out, say=_silent if quiet else _say)
+    return function("bench")(quick=quick, large=large, out=out, say=Messages(quiet))
 
 
 def sweep(study: Any, **options: Any) -> Any:
@@ -218,6 +223,13 @@ def _load(
     overrides = [*overrides, *([] if until is None else [f"duration={until!r}"])]
     scene = load_scene(source, overrides, level)
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
+
+
+def _outside(scene: Scene, source: Scene | str | Path, bodies) -> list[str]:
+    """Notes on files outside the folder of the scene file; a scene that was made in Python has no folder."""
+    if isinstance(source, Scene):
+        return []
+    return outside_notes(scene, scene_folder(source), getattr(bodies, "files", ()))
 
 
 def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
@@ -272,11 +284,3 @@ def _watched(viewer, say):
         say(f"live view: {viewer.page}")
         open_browser(viewer.page)
         yield
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
-def _silent(line: str) -> None:
-    pass

@@ -15,6 +15,7 @@ from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 from fsi.simulation.view import View
+from fsi.trust import trusting
 
 if TYPE_CHECKING:
     from fsi.protocols import Controller
@@ -29,6 +30,7 @@ def open(
     level: str | None = None,
     controller: Controller | None = None,
     control_interval: float | None = None,
+    trust: bool = False,
 ) -> Session:
     """Open a scene, a scene file or a built-in scene, with the bodies, the coupler and the bathymetry that it names:
 
@@ -39,10 +41,11 @@ def open(
 
     With `out` the run is recorded into that folder as by `fsi.run`; without, nothing is written, and it can be `reset`.
     `controller` is called with the session before every step, or every `control_interval` seconds (`fsi.protocols.Controller`).
-    `threads` are all cores if not given; `overrides` and `level` are as in `fsi.load_scene`. Raises SceneError where the
-    input is wrong.
+    `threads` are all cores if not given; `overrides` and `level` are as in `fsi.load_scene`; `trust` lets the Python code run
+    that the scene names (`fsi.trust`). Raises SceneError where the input is wrong.
     """
-    return Session(load_scene(scene, overrides, level), out, threads, controller, control_interval)
+    with trusting(trust):
+        return Session(load_scene(scene, overrides, level), out, threads, controller, control_interval)
 
 
 class Session(View):

@@ -19,11 +19,13 @@ WAY_OUT = "give it state() and restore(state), or make it a function that rememb
 
 
 def controller_of(scene: Scene, source: object) -> Controller | None:
-    """The controller that the scene names, None without. Raises SceneError, which calls the scene `source`, where it cannot
-    be made."""
+    """The controller that the scene names; None without, and where a scene is checked, whose code does not run. Raises
+    SceneError, which calls the scene `source`, where it cannot be made or is not trusted (`fsi.trust`)."""
     if scene.control is None:
         return None
     made = load(scene.control.function, "control", source)
+    if made is None:
+        return None
     settings = dict(scene.control.settings)
     if inspect.isclass(made):
         try:

@@ -111,7 +111,8 @@ class Simulation(Remembers):
         if scene.control:
             from fsi.simulation.control import controller_of
 
-            self.steer(controller_of(scene, scene.name), scene.control.interval)
+            if (controller := controller_of(scene, scene.name)) is not None:
+                self.steer(controller, scene.control.interval)
 
     def steer(self, controller: Controller, interval: float | None = None) -> None:
         """Have a controller called before every step, or every `interval` seconds. Raises SceneError where there is nothing to

@@ -8,6 +8,7 @@ import pytest
 import fsi
 from fsi.errors import RunError, SceneError
 from fsi.simulation.loop import Simulation
+from fsi.trust import trusting
 
 FLOAT = """
 <mujoco>
@@ -86,7 +87,7 @@ def trajectory(sim, until):
 
 
 def test_a_controller_acts_at_its_instants_and_its_state_is_kept(scene):
-    with fsi.open(scene(*control("Counter", interval=0.03, settings="{gain = 2.0}")), threads=1) as sim:
+    with fsi.open(scene(*control("Counter", interval=0.03, settings="{gain = 2.0}")), threads=1, trust=True) as sim:
         first = trajectory(sim, 0.1)
         inner = sim.simulation.control.state()["controller"]
         assert inner["count"] == 4 and np.allclose(inner["times"], [0, 0.03, 0.06, 0.09], atol=1e-12)
@@ -98,7 +99,8 @@ def test_a_controller_acts_at_its_instants_and_its_state_is_kept(scene):
         assert np.array_equal(trajectory(sim, 0.15), rest)
         sim.reset()
         assert sim.time == 0.0 and np.array_equal(trajectory(sim, 0.1), first)
-        other = Simulation(sim.scene, threads=1)
+        with trusting():
+            other = Simulation(sim.scene, threads=1)
         other.restore(kept)
         other.run(0.13)
         assert other.control.state()["controller"]["count"] == 5
@@ -147,18 +149,21 @@ def test_what_has_no_effect_is_refused(scene):
 
 def test_a_controller_that_cannot_be_used_is_told(scene, tmp_path):
     with pytest.raises(SceneError, match=r"control.settings: own.py:function is a function"):
-        fsi.check(scene(*control("function", settings="{gain = 1}")))
+        fsi.open(scene(*control("function", settings="{gain = 1}")), trust=True)
     with pytest.raises(SceneError, match=r"control.settings: .*unexpected keyword argument 'lift'"):
-        fsi.check(scene(*control("Counter", settings="{lift = 1}")))
+        fsi.open(scene(*control("Counter", settings="{lift = 1}")), trust=True)
+    with pytest.raises(SceneError, match=r"control.function: names code to run, own.py.*--trust"):
+        fsi.run(scene(*control("function")), quiet=True, out=tmp_path / "run")
+    assert "control: own.py:broken is not run by a check" in fsi.check(scene(*control("broken")))["notes"]
     with pytest.raises(SceneError, match=r"no function 'nothing'.*Counter"):
         fsi.check(scene(*control("nothing")))
     with (
-        fsi.open(scene(*control("broken")), threads=1) as sim,
+        fsi.open(scene(*control("broken")), threads=1, trust=True) as sim,
         pytest.raises(RunError, match="broken at t = 0 s: Zero"),
     ):
         sim.step()
     with pytest.raises(SceneError, match="names a controller already"):
-        fsi.open(scene(*control("function")), controller=print)
+        fsi.open(scene(*control("function")), controller=print, trust=True)
     with pytest.raises(SceneError, match=r"control: there are no bodies"):
         fsi.load_scene("dam_break", [f"control.function={tmp_path}/own.py:function"])
     with pytest.raises(SceneError, match="no actuator"):
@@ -173,7 +178,7 @@ def test_a_controller_that_cannot_be_used_is_told(scene, tmp_path):
 
 
 def test_a_run_with_a_controller_is_logged_and_resumed(scene, tmp_path):
-    quiet, times = {"threads": 1, "quiet": True}, []
+    quiet, times = {"threads": 1, "quiet": True, "trust": True}, []
     whole = scene(*control("Counter", interval=0.02), "output.timeline=false", "output.checkpoint=1e-6")
     data = fsi.run(whole, out=tmp_path / "a", until=0.1, on_step=lambda run: times.append(run.time), **quiet).load()
     assert len(times) > 5 and times[-1] == pytest.approx(0.1)
@@ -183,7 +188,10 @@ def test_a_run_with_a_controller_is_logged_and_resumed(scene, tmp_path):
     fsi.run(whole, out=tmp_path / "b", until=0.05, **quiet)
     again = fsi.resume(tmp_path / "b", until=0.1, **quiet).load()
     assert np.array_equal(again.control.sel(time=slice(0.06, None)), data.control.sel(time=slice(0.06, None)))
-    with fsi.open(whole, out=tmp_path / "c", threads=1) as sim, pytest.raises(SceneError, match="cannot go back"):
+    with (
+        fsi.open(whole, out=tmp_path / "c", threads=1, trust=True) as sim,
+        pytest.raises(SceneError, match="cannot go back"),
+    ):
         sim.reset()
 
 

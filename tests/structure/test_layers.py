@@ -17,7 +17,20 @@ FORBIDDEN = {
     "couplers": {"bodies", "cases"},
     "cases": set(),
 }
-BASE = {"errors", "extras", "owners", "parts", "plugins", "progress", "protocols", "state", "tables", "user_code"}
+BASE = {
+    "errors",
+    "extras",
+    "messages",
+    "owners",
+    "parts",
+    "plugins",
+    "progress",
+    "protocols",
+    "state",
+    "tables",
+    "trust",
+    "user_code",
+}
 LAYERS = (  # of fsi, from below; those in one layer know nothing of each other, but for those of the base
     BASE,
     {"compute"},
