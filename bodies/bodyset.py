@@ -24,6 +24,7 @@ from fsi.protocols import BodyMotion, Visual
 from fsi.scene.model import Scene
 
 BODY, JOINT, ACTUATOR = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_ACTUATOR
+MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -275,6 +276,18 @@ class BodySet:
                 found[name]["rest"] = rest | {"rise": float(rise)}
             self._pose(drawn)
         return found
+
+    def restoring(self) -> tuple[np.ndarray, tuple[str, ...]]:
+        """How the forces of still water, springs and mooring lines on the joints fall with their positions (nv, nv), where the
+        bodies stand, and a name for each degree of freedom: of its joint, of a free one `BODY surge` and so on, "" for one that
+        leads out of the plane."""
+        names = []
+        for dof, joint in enumerate(self.model.dof_jntid):
+            free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+            name = name_of(self.model, BODY, self.model.dof_bodyid[dof]) if free else name_of(self.model, JOINT, joint)
+            way = f" {MOTIONS[dof - self.model.jnt_dofadr[joint]]}" if free else ""
+            names.append("" if self._stepper.fixed[dof] else f"{name}{way}")
+        return self._floating(self._scene).stiffness(self._still_forces), tuple(names)
 
     def _floating(self, scene: Scene):
         from bodies.floating import Floating

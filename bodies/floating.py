@@ -118,6 +118,28 @@ class Floating:
                 return trial.qpos.copy()
         return None
 
+    def stiffness(self, extra) -> np.ndarray:
+        """How the joint forces of bodies at rest fall with the joint positions (nv, nv), where they stand; `extra` as in
+        `settle`."""
+        model, ids, nv = copy(self._bodies.model), self._bodies.ids, self._bodies.model.nv
+        trial, found = mujoco.MjData(model), np.zeros((nv, nv))
+        for dof in range(nv):
+            pair = []
+            for sign in (-1.0, 1.0):
+                trial.qpos[:], trial.ctrl[:], trial.act[:] = (
+                    getattr(self._bodies.data, n) for n in ("qpos", "ctrl", "act")
+                )
+                mujoco.mj_integratePos(model, trial.qpos, sign * np.eye(nv)[dof], NUDGE)
+                mujoco.mj_fwdPosition(model, trial)
+                trial.xfrc_applied[ids] = self._wrenches(self._motion(trial, ids))
+                trial.qfrc_applied[:] = extra(trial)
+                mujoco.mj_fwdVelocity(model, trial)
+                mujoco.mj_fwdActuation(model, trial)
+                mujoco.mj_fwdAcceleration(model, trial)
+                pair.append(trial.qfrc_smooth.copy())
+            found[:, dof] = (pair[0] - pair[1]) / (2 * NUDGE)
+        return found
+
     @staticmethod
     def _motion(data: mujoco.MjData, ids: np.ndarray) -> BodyMotion:
         nothing = np.empty(0)

@@ -178,13 +178,22 @@ def check(
     measure: Annotated[
         int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
     ] = 0,
+    periods: Annotated[
+        bool, typer.Option("--periods", help="Run a step for the natural periods of the bodies.")
+    ] = False,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the resolved scene, as TOML, and what a run of it would take. No code that it names is run."""
     with exit_codes():
         result = runner.check(
-            scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads
+            scene,
+            until=until,
+            overrides=settings or (),
+            level=level,
+            measure=measure,
+            periods=periods,
+            threads=threads,
         )
         if as_json:
             print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
@@ -192,6 +201,8 @@ def check(
         print(resolved_toml(result["scene"]))
         for line in (*result["waves"], *floating_lines(result["hydrostatics"]), *_estimate_lines(result["estimate"])):
             print(f"# {line}")
+        for name, period in result.get("natural_periods", {}).items():
+            print(f"# natural period, {name}: {period:.3g} s")
         for line in (*result["warnings"], *result["notes"]):
             Messages()(line)
 

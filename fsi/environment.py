@@ -13,11 +13,14 @@ from fsi.extras import require
 from fsi.scene.model import Scene
 from fsi.session import Session, open
 
-require("gymnasium", "gym", "fsi.Environment")
-import gymnasium  # noqa: E402 after a clear word on where to get it
+try:
+    import gymnasium
+    from gymnasium import Env
+except ModuleNotFoundError:  # said when an environment is made
+    Env = object  # type: ignore[assignment,misc]
 
 
-class Environment(gymnasium.Env):
+class Environment(Env):
     """An episode is a run of the scene; the action is held for `interval` seconds, which are met exactly.
 
     observation (n,): `sensordata` of the MJCF file, then the elevation at each gauge [m], at its floor where it is dry;
@@ -53,6 +56,7 @@ class Environment(gymnasium.Env):
         Raises SceneError for a scene that is wrong, has a controller of its own, or an actuator without `ctrlrange`;
         RunError from `step` where the run becomes unstable.
         """
+        require("gymnasium", "gym", "fsi.Environment")
         self.session = open(scene, threads=threads, overrides=overrides, level=level, trust=trust)
         scene, model = self.session.scene, self.session.model
         if scene.control:

@@ -145,12 +145,13 @@ def check(
     overrides: Iterable[str] = (),
     level: str | None = None,
     measure: int = 0,
+    periods: bool = False,
     threads: int | None = None,
 ) -> dict[str, Any]:
     """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
     counts, memory_bytes, steps, seconds), `waves` in figures, `hydrostatics` of the bodies
     (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
-    are run and timed (`fsi.estimate.measured`).
+    are run and timed (`fsi.estimate.measured`), with `periods` there are `natural_periods` (`fsi.periods`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     source, (scene, label) = scene, _load(scene, overrides, until, level)
@@ -172,11 +173,16 @@ def check(
         with checking():
             cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
+    if periods:
+        from fsi.periods import natural_periods
+
+        natural = natural_periods(scene, label, threads)
     return {
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
         "hydrostatics": (floats := bodies.hydrostatics() if bodies else {}),
+        **({"natural_periods": natural} if periods else {}),
         "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
         "notes": notes,
     }

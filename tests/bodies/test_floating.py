@@ -1,5 +1,6 @@
 """How bodies float: against the hydrostatics of boxes and spheres, upright and not."""
 
+import math
 import re
 
 import pytest
@@ -30,7 +31,7 @@ def scene(tmp_path):
     return made
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_box_floats_as_archimedes_has_it(scene, dimension):
     """GM = I / V - BG (Newman 1977, sec. 6.5)."""
     draft, mass = 0.12, 500 * 1.2 * 0.4 * 0.3 * 0.2
@@ -83,6 +84,21 @@ def test_a_start_at_rest_needs_still_water(scene):
     with pytest.raises(SceneError, match=r"bodies.box.start: the tank is not filled"):
         fsi.load_scene(scene(fluid=blocks, body={"start": "equilibrium"}))
     assert load(scene(fluid=blocks)).hydrostatics() == {}
+
+
+@pytest.mark.slow
+def test_natural_periods_are_those_of_theory(tmp_path):
+    """A half immersed cylinder has the added mass of its displaced water in heave at high frequency, half that of the whole
+    one in an unbounded fluid (Newman 1977, sec. 4.13): T = 2 pi sqrt(pi R / 2 g)."""
+    (tmp_path / "drum.xml").write_text(
+        BOX.replace('type="box" size="0.2 0.15 0.1"', 'type="cylinder" zaxis="0 1 0" size="0.2 0.15"').format(
+            joint='<joint name="heave" type="slide" axis="0 0 1"/>', density=500, more=""
+        )
+    )
+    tank = {"min": (-1.2, -1.0), "max": (1.2, 0.3), "width": 0.3}
+    scene = fsi.Scene(spacing=0.05, duration=1.0, tank=tank, bodies={"drum": {"mjcf": tmp_path / "drum.xml"}})
+    [(name, period)] = fsi.check(scene, periods=True, threads=1)["natural_periods"].items()
+    assert name == "heave" and period == pytest.approx(2 * math.pi * math.sqrt(math.pi * 0.2 / (2 * 9.81)), rel=0.06)
 
 
 def test_narrow_water_is_told(scene):

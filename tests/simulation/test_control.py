@@ -179,13 +179,14 @@ def test_a_controller_that_cannot_be_used_is_told(scene, tmp_path):
 
 def test_a_run_with_a_controller_is_logged_and_resumed(scene, tmp_path):
     quiet, times = {"threads": 1, "quiet": True, "trust": True}, []
-    whole = scene(*control("Counter", interval=0.02), "output.timeline=false", "output.checkpoint=1e-6")
+    settings = (*control("Counter", interval=0.02), "output.timeline=false")
+    whole = scene(*settings)
     data = fsi.run(whole, out=tmp_path / "a", until=0.1, on_step=lambda run: times.append(run.time), **quiet).load()
     assert len(times) > 5 and times[-1] == pytest.approx(0.1)
     assert data.actuator.values.tolist() == ["push"]
     assert float(data.control[-1, 0]) == pytest.approx(5.0, abs=0.1)
     assert float(data.actuator_force[-1, 0]) == float(data.control[-1, 0])
-    fsi.run(whole, out=tmp_path / "b", until=0.05, **quiet)
+    fsi.run(scene(*settings, "output.checkpoint=1e-6"), out=tmp_path / "b", until=0.05, **quiet)
     again = fsi.resume(tmp_path / "b", until=0.1, **quiet).load()
     assert np.array_equal(again.control.sel(time=slice(0.06, None)), data.control.sel(time=slice(0.06, None)))
     with (

@@ -39,7 +39,7 @@ LAYERS = (  # of fsi, from below; those in one layer know nothing of each other,
     {"particles", "record"},
     {"fluid"},
     {"simulation"},
-    {"estimate", "session"},
+    {"estimate", "session", "periods"},
     {"runner", "environment"},
     {"resuming"},
     {""},  # fsi itself, the public names
