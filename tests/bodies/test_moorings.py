@@ -107,6 +107,7 @@ def test_a_stiff_line_gets_substeps(bodies):
     assert abs(set_.data.qpos[0]) < 0.05 and np.isfinite(set_.data.qvel).all()
 
 
+@pytest.mark.slow
 def test_the_equilibrium_carries_the_lines(bodies):
     lines = {
         name: {
