@@ -161,6 +161,7 @@ def check(
             from fsi.simulation.control import controller_of
 
             controller_of(scene, label)
+    floats = bodies.hydrostatics() if bodies else {}  # before the bodies are moved
     from fsi.estimate import checkpoint_cost, estimate, measured
     from fsi.scene.check_waves import wave_summary
 
@@ -181,7 +182,7 @@ def check(
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
-        "hydrostatics": (floats := bodies.hydrostatics() if bodies else {}),
+        "hydrostatics": floats,
         **({"natural_periods": natural} if periods else {}),
         "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
         "notes": notes,

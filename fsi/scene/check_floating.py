@@ -13,7 +13,7 @@ from fsi.scene.model import Scene
 SPACINGS = 4  # across a gap, that a flow through it needs
 CORNER = 3  # spacings from the middle of a ball to the corner that it touches
 HEEL = 2.0  # degrees from the pose as drawn that are told
-MOST = 2_000_000  # cells that are looked at
+MOST = 1_000_000  # cells that are looked at
 
 
 def floating_lines(hydrostatics: dict) -> Iterator[str]:
@@ -72,7 +72,10 @@ def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[s
     lines = []
     for b, name in enumerate(bodies.names):
         own = [solid for owner, solid in solids if owner == FIRST_BODY + b]
-        if (found := _narrow_beside(scene, own, every)) is not None:
+        points = _around(scene, own)
+        if points is None:
+            lines.append(f"body {name!r}: narrow water was not looked for, its surroundings have over {MOST} cells")
+        elif (found := _narrowest(scene, *points, every)) is not None:
             place = ", ".join(f"{axis} = {value:.3g}" for axis, value in zip(scene.tank.axes, found[0], strict=True))
             lines.append(
                 f"body {name!r}: the water at {place} m is narrower than {SPACINGS} spacings "
@@ -82,8 +85,9 @@ def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[s
     return lines
 
 
-def _narrow_beside(scene: Scene, own: list[Solid], every: list[Solid]) -> tuple[np.ndarray, float] | None:
-    """A place in the narrowest water beside a body (dim,) and its width there [m]; None where there is none."""
+def _around(scene: Scene, own: list[Solid]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Points (n, dim) half a spacing apart in the tank around a body, and how many there are along each axis (dim,); None
+    where they are too many."""
     dr, tank = scene.spacing, scene.tank
     step = dr / 2
     low = np.min([solid.bounds()[0] for solid in own], axis=0) - SPACINGS * dr
@@ -92,7 +96,14 @@ def _narrow_beside(scene: Scene, own: list[Solid], every: list[Solid]) -> tuple[
     counts = np.maximum(np.ceil((high - low) / step - 1e-9).astype(int), 1)
     if counts.prod() > MOST:
         return None
-    points = low + (np.indices(counts).reshape(len(counts), -1).T + 0.5) * (high - low) / counts
+    return low + (np.indices(counts).reshape(len(counts), -1).T + 0.5) * (high - low) / counts, counts
+
+
+def _narrowest(
+    scene: Scene, points: np.ndarray, counts: np.ndarray, every: list[Solid]
+) -> tuple[np.ndarray, float] | None:
+    """A place (dim,) in narrow water among these points, and its width there [m]; None where there is none."""
+    dr, tank = scene.spacing, scene.tank
     room = np.full(len(points), np.inf)
     for solid in every:
         room = np.minimum(room, solid.clearance(points))
@@ -101,7 +112,7 @@ def _narrow_beside(scene: Scene, own: list[Solid], every: list[Solid]) -> tuple[
             if f"{axis}{side}" in tank.walls:
                 room = np.minimum(room, np.abs(points[:, k] - wall))
     water = (room > 0.0) & (points[:, -1] < scene.fluid.still_water_level)
-    fits = (room >= 0.5 * SPACINGS * dr - 0.51 * step).reshape(counts)
+    fits = (room >= 0.5 * SPACINGS * dr - 0.51 * dr / 2).reshape(counts)
     covered = _within(fits, 2 * CORNER)  # from the middle of a ball to a corner
     left = water & ~covered.ravel()
     if not left.any():
