@@ -5,7 +5,6 @@ Each is an entry point of the group `spindrift.commands` (`fsi.plugins`); what a
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +14,7 @@ from rich.console import Console
 from fsi import runner
 from fsi.command import AsJson, Trust
 from fsi.errors import RunError
+from fsi.strict_json import dumps
 
 
 def validate(
@@ -58,7 +58,7 @@ def validate(
         quiet=quiet,
     )
     if as_json:
-        print(json.dumps([row.as_dict() for row in result.rows]))
+        print(dumps([row.as_dict() for row in result.rows]))
     else:
         console = Console()
         console.width = max(console.width, 100)  # the table's, also where the output is no terminal
@@ -81,7 +81,7 @@ def bench(
     """Measure speed, memory and start-up on this machine."""
     result = runner.bench(quick=quick, large=large, out=out, quiet=quiet)
     if as_json:
-        print(json.dumps(result.result))
+        print(dumps(result.result))
         return
     for table in result.tables():
         Console().print(table)
@@ -119,7 +119,7 @@ def sweep(
     from cases.study.summary import summary, summary_lines
 
     facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])
-    print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
+    print(dumps(facts) if as_json else "\n".join(summary_lines(facts)))
     if facts["runs"] and not facts["done"]:
         raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
     if failed := facts["runs"] - facts["done"]:
@@ -147,4 +147,4 @@ def schema() -> None:
     """Print the JSON schema of a scene file, for editors."""
     from fsi.scene.schema import scene_schema
 
-    print(json.dumps(scene_schema(), indent=2))
+    print(dumps(scene_schema(), indent=2))

@@ -17,7 +17,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import fsi
 from fsi import plugins, runner
-from fsi.errors import RunError, SceneError
+from fsi.errors import RunError, SceneError, short
 from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
@@ -25,6 +25,7 @@ from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.check_floating import floating_lines
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 from fsi.simulation.signals import at_once
+from fsi.strict_json import dumps
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
@@ -105,6 +106,10 @@ def exit_codes() -> Iterator[None]:
         code = _fail(error, FAILED)
     except KeyboardInterrupt:
         code = _fail("interrupted", INTERRUPTED)
+    except OSError as fault:
+        if not fault.filename:
+            raise
+        code = _fail(f"{short(fault.filename)}: {fault.strerror}", WRONG_INPUT)
     else:
         return
     raise typer.Exit(code)
@@ -158,7 +163,7 @@ def run(
             quiet=quiet,
         )
         if as_json:
-            _result(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
+            _result(dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
             lost = f", {result.lost_particles} particles lost" if result.lost_particles else ""
             _result(
@@ -196,7 +201,7 @@ def check(
             threads=threads,
         )
         if as_json:
-            print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
+            print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
         for line in (*result["waves"], *floating_lines(result["hydrostatics"]), *_estimate_lines(result["estimate"])):

@@ -84,22 +84,20 @@ def run(
     warnings = _warnings(scene, bodies, ground, label)
     for line in (*warnings, *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)):
         say(line)
-    folder = RunFolder.choose(scene, out)
     from fsi.estimate import check_room
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    window = _window(bodies) if viewer else None
-    web = _viewer() if live else None
-    recorders = open_recorders(scene, folder.path, web and web.sink)
-    with trusting(trust):
-        sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
-    if controller is not None:
-        sim.steer(controller, control_interval)
-    check_room(scene, bodies, sim.counts["fluid"], folder.path)
-    folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
-    say(f"writing to {folder.path}")
-    with window or nullcontext():
+    with RunFolder.choose(scene, out) as folder, _window(bodies) if viewer else nullcontext() as window:
+        web = _viewer() if live else None
+        recorders = open_recorders(scene, folder.path, web and web.sink)
+        with trusting(trust):
+            sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+        if controller is not None:
+            sim.steer(controller, control_interval)
+        check_room(scene, bodies, sim.counts["fluid"], folder.path)
+        folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
+        say(f"writing to {folder.path}")
         return finish(sim, folder, recorders, scene.duration, say, web, quiet, _watching(sim, window, on_step))
 
 

@@ -62,12 +62,24 @@ class Session(View):
         controller: Controller | None = None,
         control_interval: float | None = None,
     ):
-        self._stack = ExitStack()
+        with ExitStack() as self._stack:  # what is open so far is closed where the rest fails
+            self._open(scene, out, threads, controller, control_interval)
+            self._stack = self._stack.pop_all()
+        self._closed = False
+
+    def _open(
+        self,
+        scene: Scene,
+        out: str | Path | None,
+        threads: int | None,
+        controller: Controller | None,
+        control_interval: float | None,
+    ) -> None:
         folder, recorders = None, []
         if out is not None:
             from fsi.record.background import open_recorders
 
-            folder = RunFolder.choose(scene, out)
+            folder = self._stack.enter_context(RunFolder.choose(scene, out))
             recorders = open_recorders(scene, folder.path)
         super().__init__(Simulation(scene, recorders=recorders, threads=threads))
         self._stack.callback(self.simulation.close)
@@ -80,7 +92,6 @@ class Session(View):
 
             folder.create(scene, threads=self.simulation.threads, particles=self.simulation.counts)
             self._stack.enter_context(logged(self.simulation, folder, recorders))
-        self._closed = False
 
     def __enter__(self) -> Session:
         return self

@@ -12,7 +12,7 @@ from cases.report.scene_facts import scene_facts
 from cases.report.snapshot import snapshot_figure
 from fsi.errors import SceneError
 from fsi.progress import clock
-from fsi.record.run_folder import load_run, read_manifest
+from fsi.record.run_folder import frames_of, read_manifest
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 
@@ -36,13 +36,12 @@ def report(folder: str | Path) -> Path:
 
     Raises SceneError where the folder holds no run or no log."""
     folder = Path(folder)
-    facts, data = read_manifest(folder), load_run(folder)
-    if data.sizes.get("time", 0) == 0:
-        fix = "see run.json for how it ended; `fsi resume` goes on with a run that has a checkpoint"
-        raise SceneError(f"{folder} holds a run without a single frame (status {data.attrs['status']})", fix=fix)
+    facts, data = read_manifest(folder), frames_of(folder)
     scene = load_scene(folder / "scene.toml")
     page = Page(scene.name, scene.description or f"{scene.dimension}D run of {facts.get('simulated_seconds', 0):g} s")
     _summary(page.section("Summary"), scene, facts)
+    if data.attrs["damage"]:
+        page.section("Damage").text(data.attrs["damage"])
     _figures(page.section("Key figures"), data, scene)
     _series(page.section("Time series"), data)
     _snapshots(page.section("Particles"), folder, data, scene)

@@ -6,7 +6,6 @@ beside it, the trials of an optimisation in a journal. A study that is started a
 
 from __future__ import annotations
 
-import fcntl
 import json
 from collections import defaultdict
 from collections.abc import Iterator
@@ -25,11 +24,15 @@ from cases.study.routines import analysed, check_routine
 from cases.study.study_file import load_study
 from cases.study.watch import Watch
 from cases.study.worker import Job, Outcome, replace
-from fsi.errors import SceneError
+from fsi.errors import SceneError, short
+from fsi.record.files import Claim
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
 from fsi.trust import may_run, trusting
+
+LOCK = "study.lock"
+KEPT = "# Kept by Spindrift: the study of this folder, to read and run again.\n\n"
 
 
 def sweep(
@@ -166,19 +169,20 @@ class _Trials:
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
     """Hold the study's folder; SceneError where it cannot be made or another process has it."""
+    claim = Claim(folder / LOCK)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "study.lock").touch()
+        taken = claim.take()
     except OSError as fault:
         fix = "choose another folder"
-        raise SceneError(f"{folder} cannot be written: {fault.strerror}", key="--out", fix=fix) from None
-    with open(folder / "study.lock", "w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            fix = "wait for it to end, or choose another folder"
-            raise SceneError(f"another process is at work on {folder}", key="--out", fix=fix) from None
+        raise SceneError(f"{short(folder)} cannot be written: {fault.strerror}", key="--out", fix=fix) from None
+    if not taken:
+        fix = "wait for it to end, or choose another folder"
+        raise SceneError(f"another process is at work on {folder}", key="--out", fix=fix)
+    try:
         yield
+    finally:
+        claim.drop()
 
 
 def _check(study: Study) -> None:
@@ -204,9 +208,18 @@ def _first_points(study: Study) -> list[dict]:
 
 
 def _keep(study: Study, folder: Path) -> None:
-    """Write the study as `study.toml`, to read and run again; a scene that was made in Python stands beside it."""
+    """Write the study as `study.toml`, to read and run again; a scene that was made in Python stands beside it.
+    Raises SceneError where the folder holds something else than a study that was kept so."""
     values = json.loads(study.model_dump_json(by_alias=True, exclude_none=True))
-    if isinstance(study.scene, Scene):
-        replace(folder / "scene.toml", resolved_toml(study.scene))
+    own = isinstance(study.scene, Scene)
+    if own:
         values["scene"] = "scene.toml"
-    replace(folder / "study.toml", dumps(values))
+    file, text = folder / "study.toml", dumps(values)
+    kept = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    others = sorted(entry.name for entry in folder.iterdir() if entry.name != LOCK)
+    if others and not kept.startswith(KEPT) and kept != text:
+        fault = f"{folder} holds {others[0]}, which no study of Spindrift has made"
+        raise SceneError(fault, key="--out", fix="choose another folder, or an empty one")
+    if own:
+        replace(folder / "scene.toml", resolved_toml(study.scene))
+    replace(file, KEPT + text)

@@ -6,8 +6,6 @@ a cluster may still be at a run when the next study comes for it: the next one w
 
 from __future__ import annotations
 
-import fcntl
-import json
 import os
 import shutil
 import threading
@@ -19,8 +17,10 @@ from pathlib import Path
 
 from cases.study.plan import Measure
 from fsi.errors import RunError, SceneError
+from fsi.record.files import claimed
 from fsi.record.mcap_reader import log_complete
 from fsi.scene.model import Scene
+from fsi.strict_json import dumps, loads
 
 KEPT = {"inputs"}  # of a run folder that is run again
 ROW, LOG = "figures.json", "run.mcap"
@@ -96,7 +96,7 @@ def _reason(error: Exception) -> str:
 def read_facts(folder: Path) -> dict:
     """`run.json` of a run folder, empty where there is none."""
     try:
-        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        facts = loads((folder / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return facts if isinstance(facts, dict) else {}
@@ -105,7 +105,7 @@ def read_facts(folder: Path) -> dict:
 def record_failure(folder: Path, reason: str) -> None:
     """Write down that a run failed whose worker could not say so itself."""
     folder.mkdir(parents=True, exist_ok=True)
-    replace(folder / "run.json", json.dumps(read_facts(folder) | {"status": "failed", "reason": reason}, indent=2))
+    replace(folder / "run.json", dumps(read_facts(folder) | {"status": "failed", "reason": reason}, indent=2))
 
 
 def replace(file: Path, text: str) -> None:
@@ -118,8 +118,7 @@ def replace(file: Path, text: str) -> None:
 @contextmanager
 def _claimed(folder: Path) -> Iterator[None]:
     """Hold the lock of a run folder; wait for whoever has it."""
-    with open(folder.with_name(folder.name + ".lock"), "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with claimed(folder.with_name(folder.name + ".lock"), wait=True):
         yield
 
 
@@ -166,7 +165,7 @@ def _figures(job: Job) -> dict[str, tuple]:
     key = f"{job.measure.model_dump_json()} {job.routine}"
     file = job.folder / ROW
     try:
-        kept = json.loads(file.read_text(encoding="utf-8"))
+        kept = loads(file.read_text(encoding="utf-8"))
         if kept["measure"] == key:
             return {k: tuple(v) for k, v in kept["figures"].items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
@@ -175,7 +174,7 @@ def _figures(job: Job) -> dict[str, tuple]:
 
     found = measured(job.folder, job.scene, job.measure, job.routine)
     figures = {f.key: (f.name, f.value, f.units, f.long_name, f.dim, f.label) for f in found}
-    replace(file, json.dumps({"measure": key, "figures": figures}, indent=1))
+    replace(file, dumps({"measure": key, "figures": figures}, indent=1))
     return figures
 
 

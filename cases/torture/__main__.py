@@ -14,6 +14,7 @@ import random
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from rich.console import Console
@@ -26,7 +27,8 @@ from cases.torture.trial import SCENES, Score, subject
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="python -m cases.torture", description=__doc__, formatter_class=raw)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(SCENES)}; all if none")
     parser.add_argument("--kills", type=int, default=60, help="kills and signals in all")
     parser.add_argument("--others", type=int, help="tries of each other test in all; a fifth of the kills if not given")
@@ -44,7 +46,7 @@ def main() -> None:
     others = options.kills // 5 if options.others is None else options.others
     damages = options.kills if options.damages is None else options.damages
     total: dict[str, Score] = {}
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, suppress(KeyboardInterrupt):  # the table so far
         for n, name in enumerate(names):
             share = [
                 count * (n + 1) // len(names) - count * n // len(names) for count in (options.kills, others, damages)

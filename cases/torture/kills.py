@@ -22,15 +22,17 @@ BOUND = 2.0  # wall time [s]: what a SIGKILL may take of the log, and what a run
 def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
     """End runs of a scene so many times, half of them by SIGKILL; each run that was hit is resumed until it is done."""
     killed, caught, whole = Score("kills (SIGKILL)"), Score("signals"), Score("resumed runs")
-    reference, attempt = load(subject.whole), 0
+    reference, attempt, length = load(subject.whole), 0, subject.seconds
     while killed.tries + caught.tries < count:
         attempt += 1
         folder = subject.new("kill", attempt)
         while not is_done(folder) and killed.tries + caught.tries < count:
             number = dice.choice((signal.SIGKILL, dice.choice(CAUGHT)))
-            whole.counts["resumes"] += any(folder.glob("checkpoints/*.checkpoint"))
-            sent, ended = _hit(subject, folder, dice.uniform(0.0, 0.7) * subject.seconds, number, dice.choice((1, 2)))
-            if sent is None:
+            resumed = any(folder.glob("checkpoints/*.checkpoint"))
+            whole.counts["resumes"] += resumed
+            sent, ended = _hit(subject, folder, dice.uniform(0.0, 0.7) * length, number, dice.choice((1, 2)))
+            if sent is None:  # it was done before: the machine is less busy than it was
+                length = length if resumed else min(length, 0.5 * (length + ended))
                 continue
             score = killed if number == signal.SIGKILL else caught
             faults = _look(folder, reference, number, sent)
@@ -45,22 +47,20 @@ def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
     return [killed, caught, whole]
 
 
-def _hit(
-    subject: Subject, folder: Path, after: float, number: int, threads: int
-) -> tuple[float, float] | tuple[None, None]:
-    """Start or resume the run and send it a signal `after` so many seconds: when it was sent, on the clock of files, and how
-    long the process took to end [s]; nothing where the run had ended before."""
+def _hit(subject: Subject, folder: Path, after: float, number: int, threads: int) -> tuple[float | None, float]:
+    """Start or resume the run and send it a signal `after` so many seconds: when it was sent, on the clock of files, None where
+    the run had ended before; and how long the process took to end since then, or in all [s]."""
+    started = time.perf_counter()
     child = fork(lambda: go(subject.scene, folder, threads))
-    deadline = time.perf_counter() + after
-    while time.perf_counter() < deadline:
+    while time.perf_counter() < started + after:
         if os.waitpid(child, os.WNOHANG)[0]:
-            return None, None
+            return None, time.perf_counter() - started
         time.sleep(0.002)
     os.kill(child, number)
     sent, began = time.time(), time.perf_counter()
     wait(child)
     ended = time.perf_counter() - began
-    return (None, None) if is_done(folder) else (sent, ended)
+    return (None, time.perf_counter() - started) if is_done(folder) else (sent, ended)
 
 
 def _look(folder: Path, whole, number: int, killed: float) -> list[str]:

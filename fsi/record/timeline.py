@@ -17,6 +17,7 @@ import numpy as np
 from fsi.extras import require
 from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import levels, raster, spatial
+from fsi.record.files import same_place
 from fsi.record.series import SERIES, column_names, describe, labels
 from fsi.record.timeline_layout import ENERGIES, blueprint, class_of, classes, log_legend
 from fsi.scene.geometry import fluid_depth
@@ -27,6 +28,7 @@ rr = require("rerun", "viewer", "output.timeline = true")
 BUFFERED_FRAMES = 500  # series frames that are written together; each batch has an overhead of about 1 kB a series
 WAIT = 1.0  # wall time [s] of a run without news, after which they are written
 BUFFERED_SECONDS = {False: 20.0, True: 0.5}  # of wall time after which they are written at the latest; in a live view
+PROBE_BYTES = 2**18  # of what is written before the first frame
 LEAST_FREE = 2**20  # bytes on the disk, under which it counts as full
 ARROW = 0.3  # length of a force arrow, in depths of the fluid, for the weight of the heaviest body
 ARC = 13  # points of the arc that is a torque in two dimensions
@@ -34,6 +36,17 @@ SLICE = 3.0  # width in spacings of a body that is drawn in two dimensions
 FORCE, TORQUE = 0xD02020FF, 0x8030C0FF
 LINES = (0x1F77B4FF, 0xE07B28FF, 0x2E9E4FFF, 0x9A5FC0FF, 0xD0455FFF, 0x7F7F7FFF)  # of the plots, one after the other
 GAUGE, PROBE = 0xC06000FF, 0xD04080FF
+
+
+def _probe(path: Path) -> None:
+    """OSError where a file has no room to grow, by the disk, a quota or a limit: rerun would wait for its writer for ever."""
+    with path.open("ab") as file:
+        before = file.tell()
+        try:
+            file.write(bytes(PROBE_BYTES))
+            file.flush()
+        finally:
+            file.truncate(before)
 
 
 class TimelineRecorder:
@@ -58,6 +71,8 @@ class TimelineRecorder:
         else:  # rerun cannot append: it writes beside, and what it has written is added to the file
             self._sink = self._path.with_suffix(".rrd.part")
             os.truncate(self._path, self._keep)
+        _probe(self._path)
+        self._place = self._path.stat()
         self._stream = rr.RecordingStream("spindrift", recording_id=self._name, send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
@@ -102,11 +117,16 @@ class TimelineRecorder:
         return {"timeline": (self._path.stat().st_size, self._name)}
 
     def tick(self) -> None:
-        """Called about every second: what has waited for so long goes into the file."""
+        """Called about twice a second. OSError where the file was taken away."""
+        same_place(self._path, self._place)
+
+    def idle(self) -> None:
+        """Called where nothing is to be done: what has waited for long goes into the file."""
         if clock.monotonic() - self._written > WAIT:
             self._write_series()
 
     def end(self) -> None:
+        same_place(self._path, self._place)
         self._write_series()
         self._stream.disconnect()
         if self._sink != self._path:

@@ -78,12 +78,17 @@ def open_browser(page: str) -> None:
 
 def recording_of(directory: Path) -> Path:
     """The recording of a run. Raises SceneError where it has none."""
+    from fsi.record.mcap_reader import has_frames
+
     recording = directory / "run.rrd"
     if not recording.is_file():
         from fsi.record.run_folder import read_manifest
 
         read_manifest(directory)
         raise SceneError(f"{directory} has no timeline", fix="run the scene with output.timeline = true")
+    if (log := directory / "run.mcap").is_file() and not has_frames(log):
+        fix = "see run.json for how it ended"
+        raise SceneError(f"{directory} holds a run without a single frame", fix=fix)
     return recording
 
 

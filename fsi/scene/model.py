@@ -299,7 +299,7 @@ class Alarms(Part):
 class Scene(Part):
     """Everything that defines a run."""
 
-    name: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "scene"  # also of the run folder
+    name: Annotated[str, Field(pattern=r"^[\w.-]*[\w-][\w.-]*$")] = "scene"  # also of the run folder
     description: str = ""  # one line, for `fsi cases`
     dimension: Literal[2, 3] = 2
     spacing: Positive  # particle spacing dr [m]

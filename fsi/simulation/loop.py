@@ -10,7 +10,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from fsi.compute.team import Team
+from fsi.compute import jit
+from fsi.compute.team import Team, available_threads
 from fsi.errors import RunError, SceneError
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
@@ -82,7 +83,7 @@ class Simulation(Remembers):
         bodies, coupler, ground = _built(scene, bodies, coupler, ground)
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
-        self.team = Team(threads)
+        self.team = _team(threads)
         self.fluid = Fluid(scene, layout, self.team)
         self.movers = self._movers()
         self.glue = None
@@ -92,7 +93,11 @@ class Simulation(Remembers):
             self.glue = Glue(self.fluid, bodies, layout.glued)
         self.balance = Balance(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
-        self._notes = [*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)]
+        self._notes = [
+            *([jit.NOTE] if jit.NOTE else []),
+            *layout.notes,
+            *dry_gauges(scene, layout.position, layout.boundary),
+        ]
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
         self._notes += self._limits.notes
@@ -370,6 +375,14 @@ class Simulation(Remembers):
     def audit(self) -> dict:
         """Balance of energy and momentum and what was lost, for `run.json`."""
         return self.balance.audit() | self.alarms.audit()
+
+
+def _team(threads: int | None) -> Team:
+    try:
+        return Team(threads)
+    except RuntimeError as fault:  # a limit of the system, or of a container
+        text = f"the system refuses {threads or available_threads()} threads: {fault}"
+        raise SceneError(text, key="--threads", fix="use fewer, or raise the limit of processes (ulimit -u)") from None
 
 
 def _built(scene: Scene, bodies: BodySet | None, coupler: Coupler | None, ground: Solid | None) -> tuple:
