@@ -235,6 +235,13 @@ class BodySet:
             self.data.qvel[self.model.jnt_dofadr[self._joint(name)]] = value
         self._stepper.refresh()
 
+    def site(self, name: str) -> tuple[int, np.ndarray] | None:
+        """Number of the wet body that has this site, and where it is now (3,) [m]; None where no moving wet body has it."""
+        found = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_SITE, name)
+        if found < 0 or (body := self.model.site_bodyid[found]) not in self._bodies:
+            return None
+        return int(np.searchsorted(self._bodies, body)), self.data.site_xpos[found].copy()
+
     def visuals(self) -> list[Visual]:
         """Triangle meshes of all geoms, see `Visual`. Vertices are relative to the centre of mass in the frame of the
         body, so that world = position + rotation @ vertex with `motion()` or `dry_poses()`."""

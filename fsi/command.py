@@ -283,11 +283,19 @@ def view(
 @app.command("export")
 def export_run(
     directory: RunDirectory,
-    to: Annotated[Literal["nc", "csv"], typer.Option(help="netCDF, or one wide CSV table.")] = "nc",
+    to: Annotated[
+        Literal["nc", "csv", "vtk", "surface"],
+        typer.Option(
+            help="netCDF, or one wide CSV table; VTKHDF files of particles, bodies and walls, or of the fluid's surface."
+        ),
+    ] = "nc",
 ) -> None:
-    """Write the time series of a run as a netCDF or CSV file."""
+    """Write the time series of a run as a netCDF or CSV file, or its particles, bodies or surface for ParaView."""
     with exit_codes():
-        print(export(directory, to))
+        if to in ("vtk", "surface"):
+            print("\n".join(map(str, plugins.function("vtk")(directory, to))))
+        else:
+            print(export(directory, to))
 
 
 @app.command()

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts, wave_figures
+from cases.report.figure import exceeded
 from cases.report.page import Page, Section
 from cases.report.scene_facts import scene_facts
 from cases.report.snapshot import snapshot_figure
@@ -22,6 +23,10 @@ SERIES = (  # title, variables; one figure each where the run has them
     ("Sensors", ("sensor_reading",)),
     ("Waves", ("elevation",)),
     ("Pressure", ("pressure",)),
+    ("Loads on fixed structures", ("load_force", "load_torque", "load_centre")),
+    ("Discharge", ("discharge", "passed_volume")),
+    ("Velocity", ("velocity",)),
+    ("Run-up and flooding", ("runup_height", "runup_distance", "wet_area", "inundation_depth", "layer_thickness")),
     ("Motion of the bodies", ("displacement",)),
 )
 ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
@@ -81,7 +86,9 @@ def _figures(section: Section, data, scene: Scene) -> None:
             "and no mean power. Loads are over the whole run."
         )
         start = 0.0
-        found = [f for f in _whole(data, scene) if f.name.endswith(("_max", "_1pct", "_rms"))]
+        found = [
+            f for f in _whole(data, scene) if f.name.endswith(("_max", "_1pct", "_rms", "discharge_mean", "per_metre"))
+        ]
         seconds = float(data.time[-1]) if data.sizes["time"] else 0.0
     errors = {f.key: f.value for f in found if f.name.endswith("_error")}
     rows = []
@@ -116,7 +123,7 @@ def _sensor_rows(data, seconds: float) -> list[list[str]]:
     for name in map(str, part.sensor.values):
         values, unit = np.abs(part.sel(sensor=name).values), part.attrs["units"]
         rows.append(["largest reading", name, f"{values.max():.4g}", unit])
-        rows.append(["reading exceeded 1 % of the time", name, f"{wave_figures.exceeded(values):.4g}", unit])
+        rows.append(["reading exceeded 1 % of the time", name, f"{exceeded(values):.4g}", unit])
     return rows
 
 

@@ -82,8 +82,8 @@ def read_file(path: Path) -> LogFile:
     if not log.chunks and not data.startswith(MAGIC):
         raise SceneError("not an MCAP file", file=path, fix="give the folder of a run")
     log.damaged = not data.startswith(MAGIC)
-    end = _find_gaps(log, data, places)
-    summary = _take_summary(log, data, end)
+    end, count = _find_gaps(log, data, places)
+    summary = _take_summary(log, data, end, count)
     copies = list(_metadata(data, b"scene"))  # at the beginning, and where the log was closed at its end
     log.scene = dict(copies[0]) if copies else {}
     log.damaged |= len(copies) < (2 if log.complete and log.scene.pop(SEAL, None) else 1)
@@ -145,9 +145,10 @@ def _footer(data: bytes) -> tuple[int, int, int] | None:
     return (at, start, checksum) if (opcode, length) == (FOOTER, FOOTER_END.size - 9) else None
 
 
-def _take_summary(log: LogFile, data: bytes, end: int) -> bytes:
-    """The summary of a file whose data end there, empty where there is none or its checksum is wrong. What it says of the
-    length of the data and of the number of messages tells of chunks that are lost without a trace."""
+def _take_summary(log: LogFile, data: bytes, end: int, count: int) -> bytes:
+    """The summary of a file whose data end there, and of which so many messages were found; empty where there is none or its
+    checksum is wrong. What it says of the length of the data and of the number of messages tells of chunks that are lost
+    without a trace."""
     footer = _footer(data)
     log.complete = footer is not None
     if footer is None:
@@ -155,7 +156,6 @@ def _take_summary(log: LogFile, data: bytes, end: int) -> bytes:
     (at, start, checksum), own = footer, end + len(DATA_END) + 4  # with a checksum that is not used
     right = log.closed and zlib.crc32(memoryview(data)[own : at + FOOTER_END.size - 4]) == checksum
     summary = data[own:at] if right else b""
-    count = sum(sum(_counts(records).values()) for records in log.chunks)
     log.damaged |= not right
     if right and not log.gaps and (start != own or count != _stated(summary, count)):
         log.damaged = log.unknown = True
@@ -196,23 +196,26 @@ def _channel(content: bytes) -> Channel:
     return Channel.read(ReadDataStream(BytesIO(content)))
 
 
-def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> int:
+def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> tuple[int, int]:
     """Where chunks are lost: between two that were found stands the index of the first, whose length follows from its
-    messages, and nothing else but metadata. Gives the place where the data should end."""
-    at = _skip(data, len(MAGIC), (HEADER, METADATA))
+    messages, and nothing else but metadata. Gives the place where the data should end, and the
+    number of messages."""
+    at, found = _skip(data, len(MAGIC), (HEADER, METADATA)), 0
     for n, (start, end) in enumerate(places):
         if at != start:
             log.damaged = True
             if n or _first_step(log.chunks[0]) > 0:
                 log.gaps.append(n)
-        index = sum(9 + 2 + 4 + 16 * count for count in _counts(log.chunks[n]).values())
+        counts = _counts(log.chunks[n]).values()
+        found += sum(counts)
+        index = sum(9 + 2 + 4 + 16 * count for count in counts)
         at = _skip(data, end + index, (METADATA,))
         log.damaged |= _skip(data, end, (INDEX, METADATA)) != at
     log.closed = data[at : at + 9] == DATA_END
     if not log.closed and (_footer(data) or not _torn(data, at)):
         log.damaged = True
         log.gaps.append(len(places))
-    return at
+    return at, found
 
 
 def _torn(data: bytes, at: int) -> bool:

@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
-from mcap.records import Channel
 
 from fsi.errors import SceneError
-from fsi.record.mcap_file import LogFile, messages, read_file
+from fsi.record.mcap_file import Channel, LogFile, messages, read_file
 from fsi.record.mcap_format import POSES, SeriesMessage
 from fsi.record.series import SERIES
 

@@ -264,8 +264,9 @@ def _now() -> str:
 def load_run(path: str | Path) -> Dataset:
     """The time series of a run as an `xarray.Dataset`, also of one that is still running or was killed.
 
-    Dimensions `time`, `axis`, `wxyz`, `body`, `dry_body`, `joint`, `gauge`, `probe`; every variable has `units` and
-    `long_name`; coordinates `step` and `wall_time` run along `time`. `event_time`, `event_level` and `event_text` run
+    Dimensions `time`, `axis`, `wxyz`, `body`, `dry_body`, `joint`, `gauge`, `probe` and those of the other instruments
+    (`fsi.record.series`); every variable has `units` and `long_name`;
+    coordinates `step` and `wall_time` run along `time`. `event_time`, `event_level` and `event_text` run
     along `event`. Attributes: facts on the scene and on how the run ended.
     What damage has taken from the log is left out, and said: as a RuntimeWarning, and in the attribute `damage` (empty where
     nothing is missing). A run that ended before its first frame has none, which is no error.

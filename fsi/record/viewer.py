@@ -23,7 +23,7 @@ PATIENCE = 30.0  # [s] that the viewer may take to answer
 
 def open_window(recording: Path) -> int:
     """Open a recording in a window and wait until it is closed; the viewer's exit status."""
-    return subprocess.call(bound([*_command(), str(recording), "--bind", LOOPBACK]))
+    return subprocess.call(bound([*_command(), *_with_layers(recording), "--bind", LOOPBACK]))
 
 
 class WebViewer:
@@ -36,7 +36,7 @@ class WebViewer:
         self._ports = data, page = _free_ports(2)
         self.sink = f"rerun+http://{LOOPBACK}:{data}/proxy"
         self.page = f"http://{LOOPBACK}:{page}/?url={self.sink.replace('+', '%2B')}"
-        shown = [str(recording)] if recording else []
+        shown = _with_layers(recording) if recording else []
         served = ["--serve-web", "--bind", LOOPBACK, "--port", str(data), "--web-viewer-port", str(page)]
         self._command = [*_command(), *shown, *served]
 
@@ -90,6 +90,12 @@ def recording_of(directory: Path) -> Path:
         fix = "see run.json for how it ended"
         raise SceneError(f"{directory} holds a run without a single frame", fix=fix)
     return recording
+
+
+def _with_layers(recording: Path) -> list[str]:
+    """A recording, and the layers that were made of it later (`fsi export --to surface`)."""
+    layers = [recording.with_name("surface.rrd")]
+    return [str(recording), *(str(layer) for layer in layers if layer.is_file())]
 
 
 def _command() -> list[str]:

@@ -17,6 +17,8 @@ from pydantic_core import PydanticKnownError
 from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
+from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
+from fsi.scene.rheology import Rheology
 from fsi.scene.waves import DampingZone, Waves
 
 
@@ -55,35 +57,6 @@ class Block(Box):
     velocity: tuple[Number, ...] | None = None
 
 
-class Rheology(Part):
-    """Viscosity that falls with the shear rate s (Cross 1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s).
-
-    Give K, or a yield stress tau for a Bingham plastic with K = mu_0 / tau; mu_0 is then how stiff it is below it."""
-
-    mu_inf: NonNegative  # at large shear rates [Pa s]
-    mu_0: Positive | None = None  # at rest [Pa s]; 1000 mu_inf if not given
-    yield_stress: Positive | None = None  # tau [Pa]
-    cross_time: Positive | None = None  # K [s]
-
-    @model_validator(mode="after")
-    def _complete(self):
-        if (self.yield_stress is None) == (self.cross_time is None):
-            raise ValueError("needs either yield_stress or cross_time; give one of the two")
-        if self.rest_viscosity <= self.mu_inf:
-            raise ValueError(f"mu_0 must lie above mu_inf {self.mu_inf:g} Pa s; raise mu_0")
-        return self
-
-    @property
-    def rest_viscosity(self) -> float:
-        """mu_0 [Pa s]."""
-        return 1000 * self.mu_inf if self.mu_0 is None else self.mu_0
-
-    @property
-    def time(self) -> float:
-        """K [s]."""
-        return self.rest_viscosity / self.yield_stress if self.cross_time is None else self.cross_time
-
-
 class Liquid(Part):
     """A liquid, and the blocks of it at t = 0."""
 
@@ -106,19 +79,6 @@ class Fluid(Liquid):
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
     start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
-
-
-class Gauge(Part):
-    """Wave gauge: free-surface elevation above still water on the vertical through `x` (and `y`)."""
-
-    x: Number
-    y: Number = 0.0
-
-
-class Probe(Part):
-    """Pressure probe at a point [m]."""
-
-    position: Point
 
 
 class LinearPto(Part):
@@ -284,6 +244,7 @@ class Output(Part):
     fraction: Annotated[float, Field(gt=0, le=1)] | None = None  # of the particles drawn; None: as the limit allows
     particles_limit: Positive = 100.0  # size of all snapshots of a run, for a fraction of None [MB]
     cloud: bool = False  # snapshots in run.mcap too, as foxglove.PointCloud
+    values: bool = False  # positions, velocities, pressures and fields on the timeline as they are, in single precision
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd
     checkpoint: NonNegative = 300.0  # wall time from one to the next, to resume from [s]; 0 is off
@@ -312,6 +273,12 @@ class Scene(Part):
     damping: tuple[DampingZone, ...] = ()
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}
+    velocimeters: dict[str, Velocimeter] = {}
+    depths: dict[str, DepthGauge] = {}
+    fluxes: dict[str, FluxPlane] = {}
+    runups: dict[str, RunUp] = {}
+    areas: dict[str, Area] = {}
+    loads: dict[str, Load] = {}
     bodies: dict[str, BodyFile] = {}
     control: Control | None = None
     coupler: AnyCoupler = CouplerSettings()

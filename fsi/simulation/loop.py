@@ -25,6 +25,7 @@ from fsi.scene.model import Scene
 from fsi.simulation.alarms import Alarms
 from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
+from fsi.simulation.instruments import Instruments
 from fsi.simulation.motion import Motion, Movers
 from fsi.simulation.stability import Stability
 from fsi.sph.columns import corrector_sums
@@ -66,7 +67,7 @@ class Simulation(Remembers):
     """
 
     remembered = (
-        "time", "dt", "step_count", "fluid", "balance", "bodies", "coupler", "absorber", "_limits", "_speed",
+        "time", "dt", "step_count", "fluid", "balance", "instruments", "bodies", "coupler", "absorber", "_limits", "_speed",
         "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms", "control",
     )  # fmt: skip
 
@@ -92,6 +93,7 @@ class Simulation(Remembers):
 
             self.glue = Glue(self.fluid, bodies, layout.glued)
         self.balance = Balance(scene, self.fluid, bodies)
+        self.instruments = Instruments(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
         self._notes = [
             *([jit.NOTE] if jit.NOTE else []),
@@ -221,7 +223,9 @@ class Simulation(Remembers):
         with self._phase("corrector"):
             if "series" in logged and self.recorders:
                 self.balance.open_audit()
+                self.instruments.open()
             sums, impulse = self.fluid.correct()
+            self.instruments.step(dt)
             if self.glue:
                 self.glue.hold(sums, impulse)
         self.time += dt
@@ -327,7 +331,7 @@ class Simulation(Remembers):
             self._due[stream] = interval * math.floor(self.time / interval + 1e-3)
         frame = Frame(*self.now)
         if stream == "series":
-            frame.series = self.balance.series()
+            frame.series = self.balance.series(self.instruments.series(self.time, self.balance.dt))
         else:
             frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
             frame.pressure, frame.label, frame.fields = self.fluid.pressure_values, self.fluid.label, self.fluid.fields

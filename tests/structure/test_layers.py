@@ -27,6 +27,7 @@ BASE = {
     "progress",
     "protocols",
     "state",
+    "strict_json",
     "tables",
     "trust",
     "user_code",
