@@ -157,6 +157,20 @@ def _pto_count(pto) -> str:
 Ptos = Annotated[Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)]
 
 
+class Mooring(Part):
+    """A mooring line from an anchor to a fairlead on a body, quasi-static by MoorPy (`bodies.moorings`)."""
+
+    anchor: tuple[Number, Number, Number]  # in the tank [m]; at its floor the line rests on it
+    fairlead: (
+        str | tuple[Number, Number, Number]
+    )  # site of the file, or a point of the tank, with the body as drawn [m]
+    body: str | None = None  # that a point belongs to; None: the only one that moves
+    length: Positive  # unstretched [m]
+    mass: NonNegative  # per length, in air [kg/m]; 0 without a diameter: a straight spring that only pulls
+    diameter: NonNegative = 0.0  # of a solid line of its volume, for its buoyancy [m]
+    EA: Positive  # axial stiffness [N]
+
+
 class BodyFile(Part):
     """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
 
@@ -166,7 +180,18 @@ class BodyFile(Part):
         0  # of fluid, in the gap to fixed wet geoms, that move with the body
     )
     dry_inside: bool = False  # an open body starts without the water that it holds
+    start: Literal["drawn", "equilibrium"] = "drawn"  # pose at t = 0; equilibrium: where the bodies float at rest
+    moorings: dict[str, Mooring] = {}  # lines by name
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
+
+
+class Control(Part):
+    """A controller of the actuators: `FILE.py:NAME` is a function of the run as it stands, or a class whose objects are one;
+    it sets `run.data.ctrl`."""
+
+    function: FilePath
+    interval: Positive | None = None  # from one call to the next [s]; None: before every step
+    settings: dict[str, bool | Number | str] = {}  # for the class's __init__
 
 
 ACCURACY = {  # defaults that differ from those of `normal`
@@ -269,6 +294,7 @@ class Scene(Part):
     areas: dict[str, Area] = {}
     loads: dict[str, Load] = {}
     bodies: dict[str, BodyFile] = {}
+    control: Control | None = None
     coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()
     output: Output = Output()
