@@ -38,12 +38,26 @@ class Box(Part):
         return self
 
 
+GRIDS = (".xyz", ".asc", ".tif", ".tiff")  # suffixes of files of heights
+
+
+class Grid(Part):
+    """Where a bathymetry that is a grid of heights (XYZ, ASC, GeoTIFF) lies in the tank."""
+
+    origin: tuple[Number, Number] = (0.0, 0.0)  # of the tank, x = y = 0, in the file's coordinates [m]
+    direction: Number = 0.0  # of the tank's x axis, anticlockwise from the file's x axis [degrees]
+    level: Number = 0.0  # height in the file of the tank's z = 0 [m]
+    depths: bool = False  # the file holds depths, positive downwards
+    missing: Number | None = None  # what the file would hold where it has no data [m]; None: refused inside the tank
+
+
 class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
-    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
+    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground, or grid (XYZ, ASC, GeoTIFF)
+    grid: Grid | None = None  # where a bathymetry that is a grid lies
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
     @property
@@ -182,6 +196,20 @@ def _pto_count(pto) -> str:
 Ptos = Annotated[Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)]
 
 
+class Mooring(Part):
+    """A mooring line from an anchor to a fairlead on a body, quasi-static by MoorPy (`bodies.moorings`)."""
+
+    anchor: tuple[Number, Number, Number]  # in the tank [m]; at its floor the line rests on it
+    fairlead: (
+        str | tuple[Number, Number, Number]
+    )  # site of the file, or a point of the tank, with the body as drawn [m]
+    body: str | None = None  # that a point belongs to; None: the only one that moves
+    length: Positive  # unstretched [m]
+    mass: NonNegative  # per length, in air [kg/m]; 0 without a diameter: a straight spring that only pulls
+    diameter: NonNegative = 0.0  # of a solid line of its volume, for its buoyancy [m]
+    EA: Positive  # axial stiffness [N]
+
+
 class BodyFile(Part):
     """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
 
@@ -191,7 +219,18 @@ class BodyFile(Part):
         0  # of fluid, in the gap to fixed wet geoms, that move with the body
     )
     dry_inside: bool = False  # an open body starts without the water that it holds
+    start: Literal["drawn", "equilibrium"] = "drawn"  # pose at t = 0; equilibrium: where the bodies float at rest
+    moorings: dict[str, Mooring] = {}  # lines by name
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
+
+
+class Control(Part):
+    """A controller of the actuators: `FILE.py:NAME` is a function of the run as it stands, or a class whose objects are one;
+    it sets `run.data.ctrl`."""
+
+    function: FilePath
+    interval: Positive | None = None  # from one call to the next [s]; None: before every step
+    settings: dict[str, bool | Number | str] = {}  # for the class's __init__
 
 
 ACCURACY = {  # defaults that differ from those of `normal`
@@ -296,6 +335,7 @@ class Scene(Part):
     areas: dict[str, Area] = {}
     loads: dict[str, Load] = {}
     bodies: dict[str, BodyFile] = {}
+    control: Control | None = None
     coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()
     output: Output = Output()

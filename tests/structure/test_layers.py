@@ -30,6 +30,7 @@ BASE = {
     "strict_json",
     "tables",
     "trust",
+    "user_code",
 }
 LAYERS = (  # of fsi, from below; those in one layer know nothing of each other, but for those of the base
     BASE,
@@ -39,8 +40,8 @@ LAYERS = (  # of fsi, from below; those in one layer know nothing of each other,
     {"particles", "record"},
     {"fluid"},
     {"simulation"},
-    {"estimate", "session"},
-    {"runner"},
+    {"estimate", "session", "periods"},
+    {"runner", "environment"},
     {"resuming"},
     {""},  # fsi itself, the public names
     {"command"},
