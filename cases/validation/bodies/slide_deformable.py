@@ -26,6 +26,7 @@ from fsi.simulation.loop import Simulation
 MOMENTS, START = (0.4, 0.8), 0.75  # [s]; the front of the sand at the start [m]
 END = 0.85  # of the runs of a sweep [s]
 COLUMNS = np.arange(0.3, 3.4, 0.02)  # where the surface is read [m]
+MEAN = 11  # columns that its height is a mean of
 YIELD, VISCOUS = 4000.0, 100.0  # of the sweep [Pa], [Pa s]
 LOWER = 0.95  # crest of stiffer sand over that of the sand, at most
 FINEST = {"front_early": 0.1092, "front_late": 0.3151, "crest_late": 0.0299}  # at a spacing of 10 mm [m]
@@ -33,11 +34,12 @@ FINEST = {"front_early": 0.1092, "front_late": 0.3151, "crest_late": 0.0299}  # 
 
 def surface(position: np.ndarray, dr: float) -> np.ndarray:
     """Height of the surface [m] at `COLUMNS` above that at rest, of particles (n, 2): half a spacing over the highest of those
-    within a spacing."""
+    within a spacing, as a mean over 0.2 m, that splash does not count."""
     order = np.argsort(position[:, 0])
     x, z = position[order].T
     first, last = np.searchsorted(x, COLUMNS - dr), np.searchsorted(x, COLUMNS + dr)
-    return np.array([z[i:j].max(initial=-np.inf) + 0.5 * dr for i, j in zip(first, last, strict=True)])
+    top = np.array([z[i:j].max(initial=-np.inf) + 0.5 * dr for i, j in zip(first, last, strict=True)])
+    return np.convolve(np.pad(top, MEAN // 2, mode="edge"), np.full(MEAN, 1 / MEAN), mode="valid")
 
 
 class Profiles(Pictured):
