@@ -2,8 +2,8 @@
 
 At the floor its weight in water asks for rho' g d tan(3 deg), up to 75 Pa over depths d of 0.1 to 0.15 m: less than its yield
 stress of 1000 Pa. Below that it creeps with mu_0, as a stiff liquid does, by rho' g d^2 tan(3 deg) / (2 mu_0) at most, 12 mm
-in a minute: `creep` is the way of its fastest tenth in a minute over ten spacings, from the second half of the run. A larger mu_0
-creeps less, but steps of thousands of times the explicit one leave its pressure wrong (docs/guide/fluids.md).
+in a minute: `creep` is the way of its fastest tenth in a minute over ten spacings, from the second half of the run. A larger
+mu_0 creeps less, but steps of thousands of times the explicit one leave its pressure wrong (docs/guide/fluids.md).
 """
 
 from __future__ import annotations
