@@ -56,7 +56,7 @@ class Fluid:
         self.scene, self.team, self.dim, self.depth = scene, team, scene.dimension, layout.depth
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = width(self.dtype)
-        self.k = sweep_constants(scene, layout.depth, self.dtype)
+        self.k = self._scalars(layout)
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
@@ -73,11 +73,15 @@ class Fluid:
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
-        self._compose()
+        self._compose(layout)
         self._rows, self._kept, self._last = 0, slice(None), None
         self._weighed = False  # whether `field` holds pressures times how often they count
 
-    def _compose(self) -> None:
+    def _scalars(self, layout: Layout):
+        """The scalars of the scheme, for `k`."""
+        return sweep_constants(self.scene, layout.depth, self.dtype)
+
+    def _compose(self, layout: Layout) -> None:
         """Make the parts that depend on what the scene has, and compile what it needs."""
         L, D, scene = self.lanes, self.dim, self.scene
         laminar, implicit = viscid(scene), TimeStep(scene, self.depth).implicit
@@ -415,3 +419,12 @@ class Fluid:
     def nbytes(self) -> int:
         """Memory of all particle arrays [B]."""
         return sum(self.memory.values())
+
+
+def make_fluid(scene: Scene, layout: Layout, team: Team, **parts) -> Fluid:
+    """The fluid that the scene's solver steps; `parts` as those of `Fluid`."""
+    if scene.numerics.solver == "iisph":
+        from fsi.fluid.implicit import ImplicitFluid
+
+        return ImplicitFluid(scene, layout, team, **parts)
+    return Fluid(scene, layout, team, **parts)

@@ -144,7 +144,7 @@ class Surface:
             wet = _all(fluid.position) if repeats else _around(fluid.sort, len(fluid.position), place)
             return wet, _around(solids.sort, len(solid), place)
 
-        h = scene.smoothing_length
+        h = scene.reading_length
         return elevation(fluid.position, point, scene.spacing, h, solid, period=self._length, spans=spans)
 
 
@@ -154,7 +154,7 @@ def dry_gauges(scene, position, boundary) -> list[str]:
     dry = [
         name
         for name, foot in feet.items()
-        if math.isnan(elevation(position, foot, scene.spacing, scene.smoothing_length, boundary))
+        if math.isnan(elevation(position, foot, scene.spacing, scene.reading_length, boundary))
     ]
     if not dry:
         return []

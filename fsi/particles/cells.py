@@ -150,6 +150,11 @@ class CellSort:
         return self.start.nbytes
 
 
+def make_sort(grid: Grid, team: Team, count: int) -> CellSort:
+    """A sort of about so many particles into the cells of a grid."""
+    return CellSort(grid, team)
+
+
 def whole(count: int) -> np.ndarray:
     """Bounds of chunks over `count` particles for kernels that only move data."""
     return chunk_bounds(count, 16384)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
+from fsi.scene.check_implicit import implicit_faults
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
@@ -18,7 +19,7 @@ from fsi.waves.kind import Fault
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (_output, implicit_faults, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:

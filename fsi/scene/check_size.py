@@ -77,6 +77,8 @@ def fewest_steps(scene: Scene, depth: float) -> tuple[float, str]:
         longest = LONGEST_STEP * scene.smoothing_length * numerics.mach
         speed = math.sqrt(scene.gravity) * math.sqrt(depth)
         steps["duration"] = longest / speed
+        if numerics.solver == "iisph":
+            steps["duration"] = numerics.lambda_max * math.sqrt(2 * scene.smoothing_length / scene.gravity)
     key = min(steps, key=steps.get)
     step = steps[key]
     counted = scene.duration / step if step > 0 else math.inf

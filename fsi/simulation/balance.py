@@ -194,7 +194,7 @@ class Balance(Remembers):
 
     def series(self) -> dict:
         """All time series of the run folder at this instant."""
-        fluid, scene, h = self.fluid, self.scene, self.scene.smoothing_length
+        fluid, scene, h = self.fluid, self.scene, self.scene.reading_length
         around = fluid.reductions.around
         out = {
             "kinetic_energy": self.kinetic,

@@ -12,7 +12,7 @@ import numpy as np
 
 from fsi.compute.team import Team
 from fsi.errors import RunError, SceneError
-from fsi.fluid.fluid import Fluid
+from fsi.fluid.fluid import Fluid, make_fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY
@@ -83,7 +83,7 @@ class Simulation(Remembers):
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
         self.team = Team(threads)
-        self.fluid = Fluid(scene, layout, self.team)
+        self.fluid = make_fluid(scene, layout, self.team)
         self.movers = self._movers()
         self.glue = None
         if layout.glued is not None:
