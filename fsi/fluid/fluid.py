@@ -22,7 +22,7 @@ from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
-from fsi.particles.cells import CellSort, Grid, whole
+from fsi.particles.cells import Grid, make_sort, whole
 from fsi.particles.ghosts import make_halo
 from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
@@ -67,8 +67,9 @@ class Fluid:
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         self.halo, self.reductions = halo or make_halo(scene), reductions
         support = 2 * scene.smoothing_length
-        self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self.sort = CellSort(self.grid, team)
+        count = len(layout.position) + len(layout.owner)
+        self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support, count)
+        self.sort = make_sort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did

@@ -33,8 +33,8 @@ def weights(scene: Scene, layout: Layout, k: Scalars, dtype, team: Team) -> np.n
     if not scene.single_layer or len(points) == 0:
         return psi
     lanes = width(dtype)
-    grid = Grid.over(points.min(0), points.max(0), scene.spacing, 2 * h)
-    sort, near = make_sort(grid, team, len(points)), Neighbours(lanes, dim, scene.spacing, 2 * h, team)
+    grid = Grid.over(points.min(0), points.max(0), scene.spacing, 2 * h, len(points))
+    sort, near = make_sort(grid, team), Neighbours(lanes, dim, scene.spacing, 2 * h, team)
     order = sort.update(points)[: len(points)]
     rows = np.zeros((len(points) + PADDING, columns.field(dim).width("p")), dtype)
     rows[: len(points), :dim] = points[order] - grid.lower

@@ -212,7 +212,7 @@ SOLVER = {  # defaults of a solver that differ from those of the others
         "kernel": "cubic_spline",
         "courant": 0.8,  # 0.4 of the support
         "viscosity": "none",
-        "artificial_viscosity": 0.05,  # of half the smoothing length
+        "artificial_viscosity": 0.1,  # of half the smoothing length
     },
 }
 
