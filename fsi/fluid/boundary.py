@@ -9,9 +9,10 @@ from fsi.compute.lanes import width
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
 from fsi.owners import FIRST_BODY
-from fsi.particles.cells import CellSort, Grid, make_sort, whole
+from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
 from fsi.sph import columns, walls

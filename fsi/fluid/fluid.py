@@ -22,11 +22,12 @@ from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
-from fsi.particles.cells import Grid, make_sort, whole
+from fsi.particles.cells import Grid, whole
 from fsi.particles.ghosts import make_halo
 from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_fluid
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState, ParticleState
 from fsi.protocols import Halo
 from fsi.scene.model import Scene
@@ -420,12 +421,3 @@ class Fluid:
     def nbytes(self) -> int:
         """Memory of all particle arrays [B]."""
         return sum(self.memory.values())
-
-
-def make_fluid(scene: Scene, layout: Layout, team: Team, **parts) -> Fluid:
-    """The fluid that the scene's solver steps; `parts` as those of `Fluid`."""
-    if scene.numerics.solver == "iisph":
-        from fsi.fluid.implicit import ImplicitFluid
-
-        return ImplicitFluid(scene, layout, team, **parts)
-    return Fluid(scene, layout, team, **parts)

@@ -21,10 +21,11 @@ from fsi.sph.implicit import Scalars
 from fsi.sph.shapes import filling, roughest, shape
 
 OMEGA = 0.5  # relaxation of a sweep, at most
-STABLE = 1.42  # of a sweep's largest eigenvalue on a lattice, times the relaxation; 0.5 for the cubic spline in three dimensions
-MIRROR = 1.5  # times that a fluid particle's pressure acts on a wall particle. With 1 (Ihmsen et al. 2014) the row at a wall needs
-# twice its pressure, with 2 the scheme gives particles energy: in still water a probe one row above the floor is wrong by 6 to 19,
-# 2 to 5 and 1 to 5 % of the deepest pressure with 1, 1.5 and 2, and the particles move at 2, 2 and 7 % of sqrt(g depth)
+STABLE = 1.42  # a sweep's largest eigenvalue on a lattice times the relaxation: 0.5 for the cubic spline in 3D
+# Times that a fluid particle's pressure acts on a wall particle. With 1 (Ihmsen et al. 2014) the row at a wall needs twice
+# its pressure, with 2 the scheme gives particles energy: in still water a probe one row above the floor is wrong by 6 to 19,
+# 2 to 5 and 1 to 5 % of the deepest pressure with 1, 1.5 and 2, and particles move at 2, 2 and 7 % of sqrt(g depth).
+MIRROR = 1.5
 START = 0.5  # of the last step's pressure, that the sweeps start from
 LEAST, MOST = 3, 1000  # iterations of a step
 SETTLED = 0.01  # of the tolerance, that the pressure at the start is solved to
@@ -32,7 +33,13 @@ SETTLED = 0.01  # of the tolerance, that the pressure at the start is solved to
 
 def scalars(scene: Scene, depth: float, dtype) -> Scalars:
     """The scalars of the scheme for a scene whose fluid is `depth` metres high."""
-    dim, dr, h, rho, numerics = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density, scene.numerics
+    dim, dr, h, rho, numerics = (
+        scene.dimension,
+        scene.spacing,
+        scene.smoothing_length,
+        scene.fluid.density,
+        scene.numerics,
+    )
     form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, dr, h, dim).density
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
     slope = form.factor * volume
@@ -110,7 +117,11 @@ class ImplicitPressure:
 
     def __init__(self, parts: Parts):
         self._parts, scene = parts, parts.scene
-        self.tolerance, self._dim, self._kernel = scene.numerics.density_tolerance, scene.dimension, scene.numerics.kernel
+        self.tolerance, self._dim, self._kernel = (
+            scene.numerics.density_tolerance,
+            scene.dimension,
+            scene.numerics.kernel,
+        )
         variant = parts.lanes, self._dim, self._kernel
         self._source, self._push, self._relax = (
             make(*variant) for make in (implicit.make_source, implicit.make_push, implicit.make_relax)

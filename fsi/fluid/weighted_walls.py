@@ -1,8 +1,8 @@
 """Boundary particles that count by the volume each stands for (Akinci et al. 2012): one layer, or several whose particles are
 as the fluid's. They have no pressure; a fluid particle is pushed off by its own.
 
-psi_b = gamma / (V sum_k W_bk), k over the particles of the same owner, b itself included, so that where a surface is sampled too
-densely each counts for less. gamma is such that a lattice of fluid on a flat layer has the density of the lattice.
+psi_b = gamma / (V sum_k W_bk), k over the particles of the same owner, b itself included, so that where a surface is sampled
+too densely each counts for less. gamma is such that a lattice of fluid on a flat layer has the density of the lattice.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from fsi.compute.lanes import width
 from fsi.compute.team import Team
 from fsi.fluid.boundary import BoundaryParticles
 from fsi.fluid.response import LinearResponse
+from fsi.fluid.workspace import PADDING
 from fsi.owners import PISTON
-from fsi.particles.cells import Grid, make_sort
+from fsi.particles.cells import Grid
 from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
 from fsi.sph import columns, implicit
 from fsi.sph.implicit import Scalars
 from fsi.sph.shapes import filling, shape
-
-PADDING = 16  # rows behind the last one, for vectors that are loaded whole
 
 
 def weights(scene: Scene, layout: Layout, k: Scalars, dtype, team: Team) -> np.ndarray:

@@ -174,16 +174,6 @@ class CellSort:
         return self.start.nbytes
 
 
-def make_sort(grid: Grid, team: Team):
-    """A sort into the cells of a grid: a `CellSort`, or where it is compact one that gives the same order and keeps only the cells
-    that hold particles (`fsi.particles.compact_cells`). Sorts that are searched together stand on one grid."""
-    if not grid.compact:
-        return CellSort(grid, team)
-    from fsi.particles.compact_cells import CompactSort
-
-    return CompactSort(grid, team)
-
-
 def whole(count: int) -> np.ndarray:
     """Bounds of chunks over `count` particles for kernels that only move data."""
     return chunk_bounds(count, 16384)

@@ -1,7 +1,7 @@
 """Cells without a grid: only those that hold particles are kept, so that empty space costs no memory.
 
-The order is that of `fsi.particles.cells`: by layer (z), pencil (y), cell along the pencil (x), and before within a cell; it comes
-from a stable counting sort along each axis in turn. What a dense grid looks up in an array of all cells is found here by
+The order is that of `fsi.particles.cells`: by layer (z), pencil (y), cell along the pencil (x), and before within a cell; it
+comes from a stable counting sort along each axis in turn. What a dense grid looks up in an array of all cells is found here by
 binary search: the pencils of a layer are in order of y, and the used cells of a pencil in order of x. Memory is O(N + n + L), N
 particles, n used cells, L layers between the lowest and the highest particle (Ihmsen et al. 2011 need a hash table besides).
 """

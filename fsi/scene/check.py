@@ -19,7 +19,18 @@ from fsi.waves.kind import Fault
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, implicit_faults, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (
+        _output,
+        implicit_faults,
+        _positions,
+        liquid_faults,
+        _periodic,
+        _field,
+        _resolution,
+        wave_faults,
+        _coupler,
+        _files,
+    )
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:

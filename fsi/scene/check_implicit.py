@@ -30,7 +30,11 @@ def _of_implicit(scene: Scene) -> Iterator[Fault]:
     if numerics.shifting:
         yield "numerics.shifting", "'iisph' shifts no particles", other
     if scene.closed:
-        yield key, "'iisph' needs a free surface, where the pressure is zero", "lower fluid.still_water_level, or use 'converged'"
+        yield (
+            key,
+            "'iisph' needs a free surface, where the pressure is zero",
+            "lower fluid.still_water_level, or use 'converged'",
+        )
 
 
 def _of_others(scene: Scene) -> Iterator[Fault]:

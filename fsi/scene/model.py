@@ -40,7 +40,9 @@ class Tank(Box):
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
-    boundary: Literal["auto", "layers", "single_layer"] = "auto"  # particles that fill the support, or one layer by weights
+    boundary: Literal["auto", "layers", "single_layer"] = (
+        "auto"  # particles that fill the support, or one layer by weights
+    )
     bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
@@ -222,13 +224,19 @@ class Numerics(Part):
     time; a key that is given holds."""
 
     accuracy: Literal["draft", "normal", "fine"] = "normal"
-    smoothing_ratio: Annotated[float, Field(ge=1.0, le=2.0)] = 2.0  # smoothing length / spacing; 1.2 or more but for `iisph`
+    smoothing_ratio: Annotated[float, Field(ge=1.0, le=2.0)] = (
+        2.0  # smoothing length / spacing; 1.2 or more but for `iisph`
+    )
     kernel: Literal["wendland", "cubic_spline"] = "wendland"  # the second one for `iisph` alone
-    solver: Literal["explicit", "chebyshev", "converged", "iisph"] = "chebyshev"  # sweeps: Jacobi's, Chebyshev's, all; implicit
+    solver: Literal["explicit", "chebyshev", "converged", "iisph"] = (
+        "chebyshev"  # sweeps: Jacobi's, Chebyshev's, all; implicit
+    )
     sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
     pressure_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5  # of `converged`: last change over the largest value
     density_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-3  # xi of `iisph`: mean density in excess, as a share
-    lambda_max: Annotated[float, Field(gt=0, le=2)] = 0.075  # of `iisph`: time step over sqrt(support / gravity) at most
+    lambda_max: Annotated[float, Field(gt=0, le=2)] = (
+        0.075  # of `iisph`: time step over sqrt(support / gravity) at most
+    )
     wall_friction: NonNegative = 0.0  # sigma of `iisph`: Monaghan's alpha, of walls (Akinci et al. 2012)
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"

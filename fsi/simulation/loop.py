@@ -12,7 +12,8 @@ import numpy as np
 
 from fsi.compute.team import Team
 from fsi.errors import RunError, SceneError
-from fsi.fluid.fluid import Fluid, make_fluid
+from fsi.fluid.choice import make_fluid
+from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY

@@ -5,12 +5,16 @@ Densities are relative to that of a perfect lattice; V is the volume of a partic
 particle b stands for, over V. With u* the velocities before pressure acts,
 
     rho*_i = rho_i - dt V [sum_j C f (u*_i - u*_j) . x_ij + sum_b psi_b C f (u*_i - u_b) . x_ib]          (source)
-    a_i    = V / rho_0 [sum_j (p_i + p_j) C f x_ij + sum_b psi_b p_i C f x_ib]                           (push)
+    a_i    = V / rho_0 [sum_j (p_i + p_j) C f x_ij + mirror sum_b psi_b p_i C f x_ib]                    (push)
     rho_i  = rho*_i - dt^2 V [sum_j C f (a_i - a_j) . x_ij + sum_b psi_b C f a_i . x_ib] = 1             (relax)
 
-as grad W_ij = -C f x_ij. The last is solved for p by relaxed Jacobi sweeps p_i += omega (1 - rho_i) / a_ii, with
-a_ii = -dt^2 V^2 / rho_0 (|sum_j C f x_ij + sum_b psi_b C f x_ib|^2 + sum_j (C f)^2 r^2), and p_i >= 0. No matrix is stored; an iteration
-is a `push` and a `relax`. Forces take the density rho_0, which the solution keeps to its tolerance.
+as grad W_ij = -C f x_ij. The last is solved for p by relaxed Jacobi sweeps p_i += omega (1 - rho_i) / a_ii, p_i >= 0, with
+
+    a_ii = -dt^2 V^2 / rho_0 [(L_i + mirror M_i) . (L_i + M_i) + sum_j (C f)^2 r^2],
+    L_i = sum_j C f x_ij,  M_i = sum_b psi_b C f x_ib.
+
+No matrix is stored; an iteration is a `push` and a `relax`. Forces take the density rho_0, which the solution keeps to its
+tolerance. A particle's pressure acts `mirror` times on the walls (`fsi.fluid.implicit.MIRROR`).
 
 Rows are those of `fsi.sph.columns`; psi stands in the rows of the boundary, where the fluid's have `mu` (flow) and `p`.
 """
@@ -103,7 +107,8 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         coefficients[i, DEFICIT] = min(raw, 0.0)
 
     return over_pairs(
-        "implicit_predict", (lanes, dim, kernel, artificial, friction), takes="flow trial velocity coefficients body_force k dt",
+        "implicit_predict", (lanes, dim, kernel, artificial, friction),
+        takes="flow trial velocity coefficients body_force k dt",
         sum=Sum(hold, empty, ((FLUID, pair), (WALLS, wall_pair)), finish),
     )  # fmt: skip
 
@@ -147,9 +152,7 @@ def make_source(lanes: int, dim: int, kernel: str):
 @cache
 def make_push(lanes: int, dim: int, kernel: str):
     """The accelerations by the pressures in `field`, into `pushed`, rows of x and a."""
-    L, DIM = lanes, dim
-    X, P = columns.field(dim).of("x p")
-    (A,) = columns.flow(dim).of("u")
+    DIM, A = dim, columns.flow(dim).u
     hold, empty, pair, wall_pair = _gradient(lanes, dim, kernel)
 
     def finish(i, sums, pushed, k):
@@ -263,7 +266,10 @@ def make_change(lanes: int, dim: int, kernel: str):
         source[i] = -dt * k.divergence_factor * sums[0]
 
     return over_pairs(
-        "implicit_change", (lanes, dim, kernel), takes="pushed source k dt", sum=Sum(hold, empty, ((WALLS, pair),), finish)
+        "implicit_change",
+        (lanes, dim, kernel),
+        takes="pushed source k dt",
+        sum=Sum(hold, empty, ((WALLS, pair),), finish),
     )
 
 
@@ -272,7 +278,7 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
     """The pressure gives the new velocity, and that the new position; arguments as in `fsi.sph.corrector.make_corrector`."""
     L, DIM = lanes, dim
     X, P = columns.field(dim).of("x p")
-    hold, nothing, pressed, pressed_by_wall = _gradient(lanes, dim, kernel)
+    hold = _gradient(lanes, dim, kernel)[0]
 
     def start(chunk, impulse, totals):
         impulse[chunk] = 0.0

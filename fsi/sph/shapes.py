@@ -1,7 +1,8 @@
 """The kernels that implicit ISPH can be run with, by name, as functions of t = 1 - r/H on their support H = 2 h.
 
-W = alpha w(t) and grad W = -C f(t) x_ij. `wendland` is that of `fsi.sph.kernel`; `cubic_spline` (Monaghan & Lattanzio 1985) has
-w = 2 t^3 - 8 s^3 with s = max(0, t - 1/2), alpha = 8 / (pi H^3) in three dimensions and 40 / (7 pi H^2) in two, C = alpha / H^2.
+W = alpha w(t) and grad W = -C f(t) x_ij. `wendland` is that of `fsi.sph.kernel`; `cubic_spline` (Monaghan & Lattanzio 1985)
+has w = 2 t^3 - 8 s^3 with s = max(0, t - 1/2), C = alpha / H^2, alpha = 8 / (pi H^3) in three dimensions and 40 / (7 pi H^2)
+in two.
 """
 
 from __future__ import annotations
@@ -56,8 +57,8 @@ def functions(name: str) -> tuple[Callable, Callable]:
 
 
 class Filling(NamedTuple):
-    """A perfect lattice of spacing dr: density = sum W, the particle itself included [1/m^dim]; layer: sum W over the particles of
-    one plane of it around one of them; wall: how many times a particle of a single layer must count for it to stand for all
+    """A perfect lattice of spacing dr: density = sum W, the particle itself included [1/m^dim]; layer: sum W over the particles
+    of one plane of it around one of them; wall: how many times a particle of a single layer must count for it to stand for all
     that is missing below a flat wall, at a particle of the first row of fluid, one spacing away."""
 
     density: float
@@ -71,27 +72,27 @@ def filling(name: str, spacing: float, h: float, dim: int) -> Filling:
     axis = np.arange(-reach, reach + 1) * spacing
     grid = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), -1).reshape(-1, dim)
     t = np.maximum(0.0, 1 - 0.5 * np.sqrt((grid**2).sum(1)) / h)
-    value, z = shape(name, h, dim).alpha * _plain(name, t), grid[:, -1] / spacing
+    value, z = shape(name, h, dim).alpha * plain(name, t)[0], grid[:, -1] / spacing
     plane = [float(value[np.abs(z + depth) < 0.5].sum()) for depth in range(reach + 1)]
     return Filling(float(value.sum()), plane[0], sum(plane[1:]) / plane[1])
 
 
 def roughest(name: str, ratio: float, dim: int) -> float:
-    """Largest eigenvalue of a Jacobi sweep of implicit ISPH on a lattice with h / dr = ratio: the wave k of a pressure for which
-    |sum V grad W sin(k . x)|^2 is the most times sum V^2 |grad W|^2. Sweeps need a relaxation below twice its inverse."""
+    """Largest eigenvalue of a Jacobi sweep of implicit ISPH on a lattice with h / dr = ratio: of the wave k of a pressure for
+    which |sum V grad W sin(k . x)|^2 is the most times sum V^2 |grad W|^2. Sweeps need a relaxation below twice its inverse."""
     reach = math.ceil(2 * ratio)
     axis = np.arange(-reach, reach + 1.0)
     grid = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), -1).reshape(-1, dim)
     t = 1 - 0.5 * np.sqrt((grid**2).sum(1)) / ratio
     grid, t = grid[t > 0], t[t > 0]
-    s = np.maximum(0.0, t - 0.5)
-    slope = t**3 if name == "wendland" else (6 * t**2 - 24 * s**2) / np.maximum(1e-6, 1 - t)
     waves = np.stack(np.meshgrid(*[np.linspace(0, 0.6 * math.pi, 19)] * dim, indexing="ij"), -1).reshape(-1, dim)
-    push = slope[:, None] * grid
+    push = plain(name, t)[1][:, None] * grid
     return float(((np.sin(waves @ grid.T) @ push) ** 2).sum(1).max() / (push**2).sum())
 
 
-def _plain(name: str, t: np.ndarray) -> np.ndarray:
-    """value(t) of arrays."""
+def plain(name: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """value(t) and slope(t) of arrays."""
+    if name == "wendland":
+        return t**4 * (5 - 4 * t), t**3
     s = np.maximum(0.0, t - 0.5)
-    return t**4 * (5 - 4 * t) if name == "wendland" else 2 * t**3 - 8 * s**3
+    return 2 * t**3 - 8 * s**3, (6 * t**2 - 24 * s**2) / np.maximum(1e-6, 1 - t)
