@@ -119,3 +119,22 @@ def sweep(
 def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
     """Write the report of a run or a study: one HTML page, and its plots as PNG."""
     print(runner.report(directory))
+
+
+def new(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="flap, float, flume or coast.")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the files; KIND if not given.")] = None,
+) -> None:
+    """Write a commented scene to start from."""
+    from cases.new import new as write
+
+    scene, *others = write(kind, out or Path(kind))
+    print("\n".join(map(str, (scene, *others))))
+    print(f"run it by: fsi run {scene}")
+
+
+def schema() -> None:
+    """Print the JSON schema of a scene file, for editors."""
+    from fsi.scene.schema import scene_schema
+
+    print(json.dumps(scene_schema(), indent=2))

@@ -40,7 +40,7 @@ class Registered(TyperCommand):
             with exit_codes():
                 return function(*values, **named)
 
-        single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        single = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
         single.command(self.name)(call)
         return typer.main.get_command(single).make_context(info_name, args, parent=parent, **extra)
 
@@ -62,7 +62,7 @@ app = typer.Typer(
     cls=Commands,
     help="Explicit incompressible SPH, coupled to rigid bodies in MuJoCo.",
     no_args_is_help=True,
-    add_completion=False,
+    rich_markup_mode="markdown",  # the default takes units in brackets for styles
     pretty_exceptions_enable=False,
 )
 
