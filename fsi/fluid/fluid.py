@@ -48,7 +48,7 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain. `k`, `dt`: scalars of the scheme and time step [s], of this step.
+    `lost` counts the particles that have left the domain, `left` those that did by an open side. `k`, `dt`: scalars of the scheme and time step [s], of this step.
     """
 
     def __init__(
@@ -74,6 +74,7 @@ class Fluid:
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
+        self.left = np.zeros(len(scene.tank.open), int)  # particles that left by each open side, which are not lost
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
         self._compose(layout)
         self._rows, self._kept, self._last = 0, slice(None), None
@@ -141,12 +142,19 @@ class Fluid:
         self.solids.arrange(self.placed, scratch)
 
     def _lose(self, which: np.ndarray) -> None:
-        """Note the particles (m,) that are outside the domain and are dropped."""
+        """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
         position, velocity = self.position[which], self.velocity[which]
-        self.lost += int(self.reductions.combined(len(which)))
-        if len(which):
-            self.last_seen = position[0].copy()
+        lost = np.ones(len(which), bool)
+        for n, side in enumerate(self.scene.tank.open):
+            axis = self.scene.tank.axes.index(side[0])
+            x, low, high = position[:, axis], self.grid.domain_min[axis], self.grid.domain_max[axis]
+            by = lost & (x < low if side[1] == "-" else x > high)
+            self.left[n] += int(self.reductions.combined(int(by.sum())))
+            lost &= ~by
+        self.lost += int(self.reductions.combined(int(lost.sum())))
+        if lost.any():
+            self.last_seen = position[lost.argmax()].copy()
         self.gone += self.reductions.combined(
             np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
         )
@@ -324,6 +332,7 @@ class Fluid:
             "acceleration": self._acceleration.copy(),
             "suction": float(self.k.suction),
             "lost": int(self.lost),
+            "left": self.left.copy(),
             "last_seen": None if self.last_seen is None else self.last_seen.copy(),
             "gone": self.gone.copy(),
             "residual": float(self.residual()),
@@ -344,7 +353,7 @@ class Fluid:
         self.work.reserve(self.count)
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
-        self.lost, seen = int(state["lost"]), state["last_seen"]
+        self.lost, seen, self.left = int(state["lost"]), state["last_seen"], np.array(state["left"])
         self.last_seen, self.gone = None if seen is None else np.array(seen), np.array(state["gone"])
         fields = {name: np.array(values) for name, values in state["fields"].items()}
         self._last = {"residual": float(state["residual"]), "fields": fields}

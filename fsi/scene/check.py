@@ -25,6 +25,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
         _positions,
         liquid_faults,
         _periodic,
+        _open,
         _field,
         _resolution,
         wave_faults,
@@ -116,6 +117,17 @@ def _periodic(scene: Scene) -> Iterator[Fault]:
         yield key, "gravity acts along z", "set gravity = 0"
     if tank.periodic and scene.bodies:
         yield key, "bodies do not repeat along a periodic axis", "use walls far away instead"
+
+
+def _open(scene: Scene) -> Iterator[Fault]:
+    tank, key = scene.tank, "tank.open"
+    for side in tank.open:
+        if side[0] not in tank.axes:
+            yield key, f"{side}: a two-dimensional scene has no y axis", "leave it out"
+        elif side in tank.walls:
+            yield key, f"{side} has a wall", "leave it out of tank.walls"
+        elif side[0] in tank.periodic:
+            yield key, f"{side}: the tank repeats itself along that axis", "leave it out"
 
 
 def _field(scene: Scene) -> Iterator[Fault]:

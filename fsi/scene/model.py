@@ -39,6 +39,9 @@ class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
+    open: tuple[
+        Side, ...
+    ] = ()  # sides without a wall that fluid may leave by: it is removed and counted by side, not as lost
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
     boundary: Literal["auto", "layers", "single_layer"] = (
         "auto"  # particles that fill the support, or one layer by weights

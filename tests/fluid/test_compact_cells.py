@@ -4,11 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tanks import still_tank
 
 from fsi.compute.team import Team
+from fsi.errors import SceneError
+from fsi.fluid.fluid import Fluid
 from fsi.particles.cells import Grid
+from fsi.particles.layout import build
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.sorts import make_sort
+from fsi.scene.check import check_scene
 
 
 def cloud(dim: int):
@@ -61,3 +66,16 @@ def test_no_particles_and_none_inside_are_fine():
     sort = make_sort(grid, Team(1))
     for points in (np.empty((0, 3)), np.full((5, 3), 7.0)):
         assert len(sort.update(points)) == len(points) and sort.inside == 0
+
+
+def test_fluid_may_leave_by_an_open_side_and_is_counted_by_it():
+    """What passes the open floor of a tank without walls is no loss, what passes another side is."""
+    scene = still_tank(2, spacing=0.05, tank={"min": [0, -0.5], "max": [1, 0.5], "walls": [], "open": ["z-"]})
+    fluid = Fluid(scene, build(scene), Team(1))
+    n = fluid.count
+    fluid.position[:2] = [[0.5, -7.0], [9.0, 0.0]]
+    fluid.begin(1e-4, np.zeros((1, 3)), np.zeros((1, 6)))
+    assert fluid.count == n - 2 and fluid.lost == 1 and fluid.left.tolist() == [1]
+    assert fluid.last_seen.tolist() == [9.0, 0.0]
+    with pytest.raises(SceneError, match=r"tank.open: x- has a wall"):
+        check_scene(still_tank(2, tank={"min": [0, -0.5], "max": [1, 0.5], "walls": ["x-"], "open": ["x-"]}))

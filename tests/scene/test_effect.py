@@ -107,6 +107,7 @@ def coupler_of(name):
 ALWAYS = {  # pattern -> why a value always has an effect, or which check refuses or tells one that has none
     "name description": "names the run folder; is listed by `fsi cases`",
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
+    "tank.open": "refused for a side with a wall or without an axis",
     "tank.periodic": "refused for an axis that the scene does not have",
     "tank.bathymetry": "refused where no part of it lies in the tank, by `idle_solids`",
     "fluid.density liquids.*.density": "pressures and forces are proportional to it",
