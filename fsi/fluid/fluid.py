@@ -48,7 +48,8 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain, `left` those that did by an open side. `k`, `dt`: scalars of the scheme and time step [s], of this step.
+    `lost` counts the particles that have left the domain, `left` those that did by an open side of the tank. `k`, `dt`:
+    scalars of the scheme and time step [s], of this step.
     """
 
     def __init__(

@@ -219,6 +219,18 @@ class CompactSort:
             np.array([low], np.int32), layer, pencil[:pencils], cells[: pencils + 1], x[:used], start[: used + 1]
         )
 
+    def around(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Spans (m, 2) of the order in the used cells whose horizontal indices lie from `first` to `last`, both (dim - 1,)."""
+        _, _, pencil, cells, x, start = self.start
+        chosen = np.arange(len(pencil))
+        if len(first) == 2:
+            chosen = np.flatnonzero((pencil >= first[1]) & (pencil <= last[1]))
+        ends = [(p, x[cells[p] : cells[p + 1]]) for p in chosen]
+        spans = [
+            (cells[p] + np.searchsorted(at, first[0]), cells[p] + np.searchsorted(at, last[0] + 1)) for p, at in ends
+        ]
+        return start[np.array(spans, np.int64).reshape(-1, 2)].astype(np.int64)
+
     @property
     def nbytes(self) -> int:
         return sum(a.nbytes for a in (*self._room, self.start.layer, self._counts))
