@@ -17,7 +17,7 @@ from fsi.compute.lanes import at, claim
 from fsi.compute.team import Team, chunk_bounds
 
 ACROSS = 1.75
-FEW_CELLS, EMPTY = 1_000_000, 16  # cells, and cells a particle, up to which all are kept
+FEW_CELLS, EMPTY = 250_000, 16  # cells, and cells a particle, up to which all are kept
 PIECE = 32768  # cells whose counts one thread adds up at a time
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from fsi.compute.memory import free_memory
 from fsi.compute.team import available_threads
 from fsi.scene.model import Scene
@@ -13,7 +15,7 @@ from fsi.waves.kind import Fault
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 DOUBLE = 1.6  # of it in double-precision sweeps
 CELL = 1.0, 1.75  # spacings along x and across of a cell of the search (`fsi.particles.cells`)
-FEW_CELLS, EMPTY = 1e6, 16.0  # cells, and cells a particle, up to which empty ones are kept (`fsi.particles.cells`)
+FEW_CELLS, EMPTY = 2.5e5, 16.0  # cells, and cells a particle, up to which empty ones are kept (`fsi.particles.cells`)
 MOST_PARTICLES = 2**31 - 1  # they are counted in 32 bits
 LONGEST_SIDE = (
     1e5  # spacings; places relative to the tank's corner, in single precision, are then right to 0.6 % of a spacing
@@ -53,8 +55,9 @@ def size_faults(scene: Scene, volume: float, depth: float) -> Iterator[Fault]:
 
 def fluid_particles(scene: Scene, volume: float) -> float:
     """Of a fluid of this volume [m3, in two dimensions m2]."""
-    for _ in range(scene.dimension):  # one by one: a small spacing's power is zero
-        volume /= scene.spacing
+    with np.errstate(over="ignore"):  # infinitely many are too many
+        for _ in range(scene.dimension):  # one by one: a small spacing's power is zero
+            volume /= scene.spacing
     return volume
 
 
