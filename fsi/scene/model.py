@@ -262,9 +262,9 @@ class Numerics(Part):
 
 
 def presets(accuracy: object, solver: object) -> dict:
-    """Defaults that an accuracy and a solver change."""
-    found = SOLVER.get(solver, {}) if isinstance(solver, str) else {}
-    return found | (ACCURACY.get(accuracy, {}) if isinstance(accuracy, str) else {})
+    """Defaults that an accuracy and a solver change; those of the solver hold."""
+    found = ACCURACY.get(accuracy, {}) if isinstance(accuracy, str) else {}
+    return found | (SOLVER.get(solver, {}) if isinstance(solver, str) else {})
 
 
 def _known_field(name: str) -> str:

@@ -1,9 +1,9 @@
 """A tsunami runs on to a coastal plant: bed, sea wall with two intakes, six buildings and two tanks, all made here.
 
 After Sampath et al. (2016, J. Ocean Eng. Mar. Energy 2, 313-329, section 9), whose plant is not public: a paddle 800 m off
-shore makes a solitary wave about as high as theirs, 25 m; 90 s. There is no experiment. What can be told is compared with long-wave
-theory on the bed used here: the crest passes the gauge 700 m off shore and travels at sqrt(g (d + H)) over the flat bed. Depths
-over the ground and the force on each building are logged (`loads`, `run-in`).
+shore makes a solitary wave about as high as theirs, 25 m; 90 s. There is no experiment. What can be told is compared with
+long-wave theory on the bed used here: the crest passes the gauge 700 m off shore and travels at sqrt(g (d + H)) over the flat
+bed. Depths before the buildings, the force on each, and when the water reaches the sea wall are printed at the end.
 
 `python -m cases.validation.waves.tsunami_plant FILE.stl` writes the bed and the plant.
 """
