@@ -40,6 +40,7 @@ PROBES = {
     "b": ((21.0, 0.0, 0.77), 1.02),
     "c": ((21.0, 5.0, 0.77), 1.93),
 }  # m, largest u [m/s]
+REST = 1.0  # s, before the wave reaches any gauge: their zero
 FIRST = 0.02  # m, from which on the wave counts as there
 
 
@@ -63,7 +64,8 @@ class Passage(Measure):
         self.speed.append(row)
 
     def errors(self) -> dict[str, float]:
-        t, level = np.array(self.time), np.nan_to_num(np.array(self.level), nan=-math.inf)
+        t, level = np.array(self.time), np.nan_to_num(np.array(self.level), nan=0.0)
+        level = level - level[t < REST].mean(0)
         crests, times = level.max(0), t[level.argmax(0)]
         there = level > FIRST
         arrivals = np.where(there.any(0), t[there.argmax(0)], math.nan)
