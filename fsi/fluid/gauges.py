@@ -180,7 +180,7 @@ def dry_gauges(scene, position, boundary) -> list[str]:
 def _around(sort, count: int, place: np.ndarray) -> np.ndarray:
     """Spans (m, 2) of the sorted particles in the cells around a vertical; of all where they are not sorted."""
     grid = sort.grid
-    if sort.inside != count:  # not sorted yet, or not all
+    if len(sort.start) == 0 or sort.inside != count:
         return np.array([[0, count]])
     axes = len(place)
     side, shape = np.resize(grid.cell, 2)[:axes], np.array(grid.shape[:axes])
