@@ -15,6 +15,7 @@ from fsi.fluid.response import LinearResponse
 from fsi.fluid.weighted_walls import WeightedWalls
 from fsi.fluid.workspace import Workspace
 from fsi.particles.layout import Layout
+from fsi.scene.geometry import mean_spacing, stretch
 from fsi.scene.model import Scene
 from fsi.sph import columns, implicit, wall_guard
 from fsi.sph.implicit import Scalars
@@ -40,7 +41,7 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         scene.fluid.density,
         scene.numerics,
     )
-    form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, dr, h, dim).density
+    form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, mean_spacing(scene), h, dim).density
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
     slope = form.factor * volume
     values = Scalars(
@@ -55,7 +56,7 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         omega=min(OMEGA, STABLE / roughest(numerics.kernel, numerics.smoothing_ratio, dim)),
         mirror=MIRROR,
         density=rho,
-        mass=rho * dr**dim * (scene.tank.width if dim == 2 else 1.0),
+        mass=rho * dr**dim * stretch(scene) * (scene.tank.width if dim == 2 else 1.0),
         suction=1.0,
         guard_level=wall_guard.level(numerics.wall_guard),
         guard_reach2=(wall_guard.REACH * dr) ** -2,
