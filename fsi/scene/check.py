@@ -50,6 +50,9 @@ def scene_warnings(scene: Scene) -> list[str]:
 def _dimensions(scene: Scene) -> Iterator[Fault]:
     points = {"tank.min": scene.tank.min}
     for key, block in all_blocks(scene).items():
+        if block.polygon and len(block.min) < scene.dimension == 3:
+            yield key, "a polygon in three dimensions needs its extent along y", "give min and max, with x, y, z"
+            continue
         points[f"{key}.min"] = block.min
         points[f"{key}.velocity"] = block.velocity or block.min
     if scene.fluid.acceleration:
@@ -185,6 +188,7 @@ def _files(scene: Scene) -> Iterator[Fault]:
     files = {f"bodies.{name}.mjcf": body.mjcf for name, body in scene.bodies.items()}
     if scene.tank.bathymetry:
         files["tank.bathymetry"] = scene.tank.bathymetry
+    files |= {f"{key}.mesh": block.mesh for key, block in all_blocks(scene).items() if block.mesh}
     for key, path in files.items():
         if not path.is_file():
             yield key, f"no such file: {path}", "check the path; it is relative to the scene file"

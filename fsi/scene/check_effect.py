@@ -57,6 +57,8 @@ def _wall_slip(scene: Scene, numerics) -> str:
 
 
 def _smagorinsky(scene: Scene, numerics) -> str:
+    if numerics.turbulence == "dynamic":
+        return "numerics.turbulence is 'dynamic': the flow gives C_s"
     return "numerics.turbulence is 'none'" if numerics.turbulence == "none" else _inviscid(scene, numerics)
 
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticKnownError
 
 from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
+from fsi.scene.polygon import crossing_sides
 from fsi.scene.rheology import Rheology
 from fsi.scene.waves import DampingZone, Waves
 
@@ -68,9 +69,45 @@ class Tank(Box):
 
 
 class Block(Box):
-    """A box of fluid at the start, with a uniform velocity [m/s]."""
+    """Fluid at the start, with a uniform velocity [m/s]: what is inside the box from `min` to `max` and inside the polygon or
+    the mesh, where there is one. With a polygon, in two dimensions, min and max may be left out."""
 
+    model_config = ConfigDict(json_schema_extra=lambda schema: schema.pop("required", None))
+
+    polygon: tuple[tuple[Number, Number], ...] = ()  # corners [x, z] in turn [m]; in three dimensions extruded along y
+    mesh: FilePath | None = None  # closed mesh (STL, OBJ, PLY); in two dimensions its section y = 0
+    angle: Annotated[float, Field(ge=-90, le=90)] | None = (
+        None  # of a lattice of its own along a slope that rises at this angle to the x axis [deg]; None: the tank's
+    )
     velocity: tuple[Number, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tight(cls, values):
+        """Close the box around the polygon."""
+        corners = values.get("polygon") if isinstance(values, dict) else None
+        if not corners:
+            return values
+        try:
+            low, high = ([pick(corner[d] for corner in corners) for d in (0, 1)] for pick in (min, max))
+            given = [list(values.get("min", low)), list(values.get("max", high))]
+            box = [[*map(float, side)] for side in given]
+            for d, n in ((0, 0), (-1, 1)):
+                box[0][d], box[1][d] = max(box[0][d], low[n]), min(box[1][d], high[n])
+        except (TypeError, ValueError, IndexError, KeyError):  # told of at the values themselves
+            return {"min": (0.0, 0.0), "max": (1.0, 1.0)} | values
+        return values | {"min": box[0], "max": box[1]}
+
+    @model_validator(mode="after")
+    def _one_shape(self):
+        if self.polygon and self.mesh:
+            raise ValueError("has a polygon and a mesh; remove one of them")
+        if self.polygon:
+            if len(self.polygon) < 3:
+                raise ValueError(f"a polygon of {len(self.polygon)} corners has no inside; give three or more")
+            if met := crossing_sides(self.polygon):
+                raise ValueError(f"sides {met[0]} and {met[1]} of the polygon cross or touch; give its corners in turn")
+        return self
 
 
 class Liquid(Part):
@@ -242,7 +279,9 @@ class Numerics(Part):
     viscosity: Literal["laminar", "none"] = "laminar"
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
     viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
-    turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
+    turbulence: Literal["none", "smagorinsky", "dynamic"] = (
+        "none"  # eddies smaller than the spacing; dynamic: C_s of the flow
+    )
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
