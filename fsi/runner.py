@@ -129,6 +129,7 @@ def check(
     scene, label = _load(scene, overrides, until, level)
     bodies, coupler, ground = bind(scene, label)
     from fsi.estimate import checkpoint_cost, estimate, measured
+    from fsi.scene.check_sea import sea_summary
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
@@ -140,7 +141,7 @@ def check(
     return {
         "scene": scene,
         "estimate": cost,
-        "waves": wave_summary(scene),
+        "waves": wave_summary(scene) + sea_summary(scene),
         "warnings": _warnings(scene, bodies, ground, label),
         "notes": notes,
     }

@@ -9,6 +9,7 @@ from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
 from fsi.scene.check_instruments import instrument_faults, points_of
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
+from fsi.scene.check_sea import sea_faults, sea_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
@@ -19,7 +20,18 @@ from fsi.waves.kind import Fault
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (
+        _output,
+        _positions,
+        liquid_faults,
+        _periodic,
+        _field,
+        _resolution,
+        wave_faults,
+        sea_faults,
+        _coupler,
+        _files,
+    )
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -28,7 +40,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    return wave_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
+    return wave_warnings(scene) + sea_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:

@@ -18,7 +18,7 @@ from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
-from fsi.scene.waves import DampingZone, Waves
+from fsi.scene.waves import DampingZone, Sea, Waves
 
 
 class Box(Part):
@@ -273,6 +273,7 @@ class Scene(Part):
     fluid: Fluid = Fluid()
     liquids: dict[str, Liquid] = {}  # others beside it, by name; their blocks take its place
     waves: Waves | None = None
+    sea: Sea | None = None
     damping: tuple[DampingZone, ...] = ()
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}
