@@ -112,8 +112,6 @@ def _own(scene: Scene) -> Iterator[str]:
             f"sea.zone: {width / length:.2f} wave lengths wide, sends back about {100 * part:.0f} % of what comes from the "
             f"bodies, by long-wave theory; make it half a wave length or more, {0.5 * length:.3g} m"
         )
-    if scene.sea.start == "waves" and getattr(scene.sea.waves, "ramp", None) is not None:
-        yield "sea.waves.ramp: has no effect: the run starts under waves; use sea.start = 'rest' for a ramp"
     if scene.numerics.artificial_viscosity > 0:
         yield (
             f"numerics.artificial_viscosity: {scene.numerics.artificial_viscosity:g} takes height from the waves between the "

@@ -224,24 +224,37 @@ class Paddle:
 
 
 def linear_waves(amplitude: np.ndarray, omega: np.ndarray, phase: np.ndarray, depth: float, g: float) -> IncidentWaves:
-    """A sum of linear waves of amplitudes (n,) [m]; `drift` makes up for their Stokes drift, g a^2 k / (2 omega d) each."""
+    """A sum of linear waves of amplitudes (n,) [m]."""
     k = np.array([wavenumber(w, depth, g) for w in omega])
-    drift = -float((0.5 * g * amplitude**2 * k / (omega * depth)).sum())
+    drift = float(return_flow(amplitude, k, omega, depth, g).sum())
     return IncidentWaves(amplitude, amplitude * g / omega**2, k, omega, phase, depth, g, drift=drift)
 
 
 def second_order_wave(height: float, period: float, depth: float, g: float) -> IncidentWaves:
-    """A wave by Stokes' second order (Dean & Dalrymple 1991, ch. 11)."""
+    """A wave by Stokes' second order (Dean & Dalrymple 1991, ch. 11) of the speed that the third gives it in a closed tank,
+    sqrt(g / k) (C0 + (k a)^2 C2) by Fenton (1985, table 1) plus the return flow."""
     a, w = 0.5 * height, 2 * math.pi / period
     k = wavenumber(w, depth, g)
-    kd = k * depth
+    for _ in range(60):
+        c0, s = math.sqrt(math.tanh(k * depth)), 1 / math.cosh(2 * k * depth)
+        speed = math.sqrt(g / k) * c0 * (1 + (k * a) ** 2 * (2 + 7 * s * s) / (4 * (1 - s) ** 2))
+        drift = return_flow(a, k, w, depth, g)
+        k = w / (speed + drift)
+    kd, own = k * depth, k * speed
     eta2 = 0.25 * a * a * k * math.cosh(kd) * (2 + math.cosh(2 * kd)) / math.sinh(kd) ** 3
-    psi2 = 3 / 16 * a * a * math.cosh(2 * kd) / math.sinh(kd) ** 4  # of phi 3/8 a^2 omega cosh 2k(z + d) / sinh^4 kd
-    n = np.array([1.0, 2.0])
-    return steady_waves(np.array([a, eta2]), np.array([a * g / w**2, psi2]), n * k, n * w, depth, g)
+    speed2 = 3 / 4 * a * a * k * own * math.cosh(2 * kd) / math.sinh(kd) ** 4  # 2 k times 3/8 a^2 omega cosh / sinh^4
+    return steady_waves(np.array([a, eta2]), np.array([a * own / math.tanh(kd), speed2]), k, w, depth, g)
 
 
-def steady_waves(elevation, potential, k, omega, depth: float, g: float) -> IncidentWaves:
-    """A wave of permanent form by its harmonics (n,), with a crest at s = 0 at t = 0."""
-    drift = -0.5 * g * elevation[0] ** 2 * k[0] / (omega[0] * depth)
-    return IncidentWaves(elevation, potential, k, omega, np.zeros(len(k)), depth, g, drift=drift, steady=True)
+def steady_waves(elevation, speed, k: float, omega: float, depth: float, g: float) -> IncidentWaves:
+    """A wave of permanent form with a crest at s = 0 at t = 0, by its wavenumber, frequency and the amplitudes (n,) of the
+    harmonics of its elevation [m] and of its horizontal velocity at the still water level [m/s]."""
+    n = np.arange(1, len(elevation) + 1)
+    drift = return_flow(elevation[0], k, omega, depth, g)
+    potential, none = speed / (n * k) / (n * omega), np.zeros(len(n))
+    return IncidentWaves(elevation, potential, n * k, n * omega, none, depth, g, drift=drift, steady=True)
+
+
+def return_flow(a, k, omega, depth: float, g: float):
+    """Mean velocity [m/s] under waves of amplitude a [m] in a closed tank against Stokes drift, -g a^2 k / (2 omega d)."""
+    return -0.5 * g * a * a * k / (omega * depth)

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from fsi.extras import require
 from fsi.parts import NonNegative, Positive
-from fsi.waves.incident import IncidentWaves, steady_waves
+from fsi.waves.incident import IncidentWaves, return_flow, steady_waves
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, train_warnings
 from fsi.waves.linear import cosine_ramp, piston_transfer
 
@@ -36,19 +36,22 @@ class Waves(WaveKind):
     terms: Annotated[int, Field(ge=3, le=40)] | None = None  # of the series; 10, of Stokes' 5 if not given
     ramp: NonNegative | None = None  # cosine ramp of the stroke [s]; two periods if not given
 
-    def _wave(self, depth: float, g: float) -> SteadyWave:
+    def _wave(self, depth: float, g: float, period: float | None = None) -> SteadyWave:
         terms = self.terms or (5 if self.theory == "stokes" else 10)
-        return steady_wave(MODELS[self.theory], self.wave_height, self.period, depth, g, terms)
+        return steady_wave(MODELS[self.theory], self.wave_height, period or self.period, depth, g, terms)
 
     def piston(self, depth: float, g: float) -> HarmonicPiston:
         wave = self._wave(depth, g)
         return follow(wave, depth, 2 * self.period if self.ramp is None else self.ramp)
 
     def incident(self, depth: float, g: float) -> IncidentWaves:
-        wave = self._wave(depth, g)
-        n = np.arange(1, len(wave.amplitude) + 1)
-        potential = wave.velocity / (n * wave.k) / (n * wave.omega)
-        return steady_waves(wave.amplitude, potential, n * wave.k, n * wave.omega, depth, g)
+        omega, wave = 2 * math.pi / self.period, self._wave(depth, g)
+        for _ in range(
+            3
+        ):  # the return flow of a closed tank carries the wave back: it is one of a shorter period there
+            drift = return_flow(wave.amplitude[0], wave.k, omega, depth, g)
+            wave = self._wave(depth, g, 2 * math.pi / (omega - wave.k * drift))
+        return steady_waves(wave.amplitude, wave.velocity, wave.k, omega, depth, g)
 
     def trains(self, water: Water) -> list[Train]:
         return [Train(self.theory.replace("_", " "), self.wave_height, self.period)]
