@@ -5,8 +5,8 @@ Everything follows from one displacement potential over a flat bed at depth d,
     Psi = r(t) sum e_n C_n(z) cos theta_n,   theta_n = k_n s - omega_n t + phase_n,   C_n = cosh k_n (z + d) / cosh k_n d,
 
 with z from the still water level and s along the heading: water displaced by grad Psi has the velocity d/dt grad Psi, of
-potential dPsi/dt, and Bernoulli's pressure. Linear waves have e = a g / omega^2; second-order and steady waves have a term for
-each harmonic. r is the ramp of a sea that begins at rest, 1 otherwise.
+potential dPsi/dt, and Bernoulli's pressure. Linear waves have e = a g / omega^2, waves of finite height a term for each
+harmonic. r is the ramp of a sea that begins at rest, 1 otherwise.
 """
 
 from __future__ import annotations
@@ -230,20 +230,24 @@ def linear_waves(amplitude: np.ndarray, omega: np.ndarray, phase: np.ndarray, de
     return IncidentWaves(amplitude, amplitude * g / omega**2, k, omega, phase, depth, g, drift=drift)
 
 
-def second_order_wave(height: float, period: float, depth: float, g: float) -> IncidentWaves:
-    """A wave by Stokes' second order (Dean & Dalrymple 1991, ch. 11) of the speed that the third gives it in a closed tank,
-    sqrt(g / k) (C0 + (k a)^2 C2) by Fenton (1985, table 1) plus the return flow."""
-    a, w = 0.5 * height, 2 * math.pi / period
+def stokes_wave(height: float, period: float, depth: float, g: float) -> IncidentWaves:
+    """A wave by Stokes' third order (Fenton 1985, table 1) in a closed tank, where the return flow carries it back."""
+    w = 2 * math.pi / period
     k = wavenumber(w, depth, g)
     for _ in range(60):
-        c0, s = math.sqrt(math.tanh(k * depth)), 1 / math.cosh(2 * k * depth)
-        speed = math.sqrt(g / k) * c0 * (1 + (k * a) ** 2 * (2 + 7 * s * s) / (4 * (1 - s) ** 2))
-        drift = return_flow(a, k, w, depth, g)
-        k = w / (speed + drift)
-    kd, own = k * depth, k * speed
-    eta2 = 0.25 * a * a * k * math.cosh(kd) * (2 + math.cosh(2 * kd)) / math.sinh(kd) ** 3
-    speed2 = 3 / 4 * a * a * k * own * math.cosh(2 * kd) / math.sinh(kd) ** 4  # 2 k times 3/8 a^2 omega cosh / sinh^4
-    return steady_waves(np.array([a, eta2]), np.array([a * own / math.tanh(kd), speed2]), k, w, depth, g)
+        steepness, s, c0 = 0.5 * k * height, 1 / math.cosh(2 * k * depth), math.sqrt(math.tanh(k * depth))
+        rest = 8 * (1 - s) ** 3
+        b31 = -3 * (1 + 3 * s + 3 * s**2 + 2 * s**3) / rest
+        first = (steepness + steepness**3 * b31) / k
+        speed = math.sqrt(g / k) * c0 * (1 + steepness**2 * (2 + 7 * s * s) / (4 * (1 - s) ** 2))
+        k = w / (speed + return_flow(first, k, w, depth, g))
+    kd = k * depth
+    a31, a33 = (-4 - 20 * s + 10 * s**2 - 13 * s**3) / rest, (-2 * s**2 + 11 * s**3) / rest  # times sinh kd
+    a22, b22 = 3 * s**2 / (2 * (1 - s) ** 2), (1 + 2 * s) / (2 * (1 - s)) / math.tanh(kd)
+    eta = np.array([steepness + steepness**3 * b31, steepness**2 * b22, -(steepness**3) * b31]) / k
+    phi = steepness + steepness**3 * a31, steepness**2 * a22 * math.sinh(kd), steepness**3 * a33
+    n = np.array([1, 2, 3])
+    return steady_waves(eta, c0 * math.sqrt(g / k) / math.sinh(kd) * n * np.cosh(n * kd) * phi, k, w, depth, g)
 
 
 def steady_waves(elevation, speed, k: float, omega: float, depth: float, g: float) -> IncidentWaves:

@@ -1,7 +1,6 @@
 """Waves in a box with a sea around it: those that were asked for stay, those that were not leave.
 
-`sea_regular`: no body; the elevation at nine gauges between the zones against the incident waves themselves, Stokes' second
-order with the speed of the third. `sea_absorption`: still water is thrown into a group of waves, half of which runs to
+`sea_regular`: no body; the elevation at nine gauges between the zones against the incident waves themselves, Stokes' third order. `sea_absorption`: still water is thrown into a group of waves, half of which runs to
 either side; exact is that nothing comes back. Its kinetic energy is half of the whole as soon as it runs, so that
 sqrt(2 K / K0), when what came back would be in the middle again, is what the zones reflect.
 """
@@ -110,7 +109,7 @@ CASES = {
     "sea_regular": Case(
         "sea_regular",
         "Regular waves in a box with a sea around it, kd = 1.5, H/L = 0.048",
-        "The incident waves: Stokes, third order in speed, with the return flow of a closed tank.",
+        "The incident waves: Stokes' third order, with the return flow of a closed tank.",
         SPACING,
         regular,
         Stays,

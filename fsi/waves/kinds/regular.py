@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from fsi.parts import NonNegative, Positive
-from fsi.waves.incident import IncidentWaves, linear_waves, second_order_wave
+from fsi.waves.incident import IncidentWaves, linear_waves, stokes_wave
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, train_warnings
 from fsi.waves.linear import cosine_ramp, evanescent, piston_transfer, wavenumber
 
@@ -55,7 +55,7 @@ class Waves(WaveKind):
     def incident(self, depth: float, g: float) -> IncidentWaves:
         omega = 2 * math.pi / self.period
         if self.order_in(wavenumber(omega, depth, g), depth) == 2:
-            return second_order_wave(self.wave_height, self.period, depth, g)
+            return stokes_wave(self.wave_height, self.period, depth, g)
         return linear_waves(np.array([0.5 * self.wave_height]), np.array([omega]), np.zeros(1), depth, g)
 
     def trains(self, water: Water) -> list[Train]:
