@@ -44,7 +44,7 @@ def test_the_waves_are_there_from_the_first_step_and_all_impulses_are_booked():
     balance = sim.balance
     assert balance.momentum_residual < 1e-5 and balance.audits > 10
     assert sim.fluid.sea.impulse.any() and balance.wavemaker_work != 0 and balance.force_work != 0
-    assert abs(balance.dissipated) < 0.2 * balance.kinetic  # of the half of the waves' energy that moves
+    assert abs(balance.dissipated) < 0.3 * balance.kinetic  # of the half of the waves' energy that moves
     assert sim.fluid.lost == 0 and not sim.warnings
 
 

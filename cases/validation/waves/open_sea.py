@@ -1,8 +1,9 @@
 """Waves in a box with a sea around it: those that were asked for stay, those that were not leave.
 
-`sea_regular`: no body; the elevation at nine gauges between the zones against the incident waves themselves, Stokes' third order. `sea_absorption`: still water is thrown into a group of waves, half of which runs to
-either side; exact is that nothing comes back. Its kinetic energy is half of the whole as soon as it runs, so that
-sqrt(2 K / K0), when what came back would be in the middle again, is what the zones reflect.
+`sea_regular`: no body; the elevation at nine gauges between the zones against the incident waves themselves, of Stokes' third
+order. `sea_absorption`: still water is thrown into a group of waves, half of which runs to either side; exact is that
+nothing comes back. Its kinetic energy is half of the whole as soon as it runs, so that sqrt(2 K / K0), when what came
+back would be in the middle again, is what the zones reflect.
 """
 
 from __future__ import annotations
@@ -19,11 +20,10 @@ from fsi.scene.geometry import incident_waves
 from fsi.simulation.loop import Simulation
 from fsi.waves.kinds.focused import Waves as Focused
 
-G, DEPTH, KD, STEEPNESS = 9.81, 0.5, 1.5, 0.048
+G, DEPTH, KD, HEIGHT = 9.81, 0.5, 1.5, 0.1
 K = KD / DEPTH
 OMEGA = math.sqrt(G * K * math.tanh(KD))
 PERIOD, LENGTH = 2 * math.pi / OMEGA, 2 * math.pi / K
-HEIGHT = STEEPNESS * LENGTH
 PERIODS, RECORD = 10, 3  # of the run, and at its end of the record
 GAUGES = LENGTH * np.linspace(-0.45, 0.45, 9)
 GROUP = Focused(kind="focused", crest=0.03, peak_period=PERIOD, time=0.0, highest=1.8)
