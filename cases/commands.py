@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from fsi import runner
-from fsi.command import AsJson
+from fsi.command import AsJson, Trust
 from fsi.errors import RunError
 from fsi.strict_json import dumps
 
@@ -33,6 +33,7 @@ def validate(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
     figures: Annotated[bool, typer.Option("--figures", help="A page with pictures for each run.")] = False,
+    trust: Trust = False,
     pages: Annotated[
         bool, typer.Option("--pages", help="Run nothing: write a page for each case from kept rows.")
     ] = False,
@@ -53,6 +54,7 @@ def validate(
         threads=threads,
         jobs=jobs,
         figures=figures,
+        trust=trust,
         quiet=quiet,
     )
     if as_json:
@@ -100,11 +102,19 @@ def sweep(
     csv: Annotated[bool, typer.Option("--csv", help="Also write the table as CSV.")] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="Also write the table as Parquet.")] = False,
     retry: Annotated[bool, typer.Option("--retry", help="Run failed runs again.")] = False,
+    trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run a parameter study, or go on with one that was stopped."""
-    options = {"workers": workers, "scheduler": scheduler, "threads": threads, "retry": retry, "quiet": quiet}
+    options = {
+        "workers": workers,
+        "scheduler": scheduler,
+        "threads": threads,
+        "retry": retry,
+        "trust": trust,
+        "quiet": quiet,
+    }
     result = runner.sweep(study, out=out, **options)
     from cases.study.summary import summary, summary_lines
 

@@ -29,6 +29,7 @@ from fsi.record.files import Claim
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
+from fsi.trust import may_run, trusting
 
 LOCK = "study.lock"
 KEPT = "# Kept by Spindrift: the study of this folder, to read and run again.\n\n"
@@ -42,21 +43,26 @@ def sweep(
     scheduler: str | None = None,
     threads: int = 1,
     retry: bool = False,
+    trust: bool = False,
     quiet: bool = False,
 ):
     """Run a study, or what is left of it, into the folder `out` (`studies/NAME`); returns its `xarray.Dataset`.
 
     `workers` processes of `threads` threads each run on this machine (as many as it has cores if None; 0: in this
-    process), or those of the Dask scheduler at an address. `retry` runs failed runs again. Progress goes to stderr.
+    process), or those of the Dask scheduler at an address. `retry` runs failed runs again; `trust` lets the Python code
+    run that the study and its scene name (`fsi.trust`). Progress goes to stderr.
     Raises SceneError where the study is wrong; a run that fails is a row with its reason.
     """
     study = load_study(study)
     folder = Path(out).expanduser().absolute() if out else Path("studies", study.name).absolute()
     check_routine(study)
-    with _alone(folder):
+    if study.script:
+        with trusting(trust):
+            may_run(study.script, "script", study.name)
+    with trusting(trust), _alone(folder):
         _check(study)
         _keep(study, folder)
-        progress = _Progress(study, folder, threads, retry)
+        progress = _Progress(study, folder, threads, retry, trust)
         with open_pool(workers, scheduler, threads) as pool:
             total = study.sampling.samples if study.sampling.method == "optimise" else None
             feed = _Trials(study, folder, pool) if total else _Fixed(study, pool)
@@ -78,6 +84,7 @@ class _Progress:
     folder: Path
     threads: int
     retry: bool
+    trust: bool
     _rows: dict[int, Row] = field(default_factory=dict)
     _waiting: dict[str, list[tuple[int, Design]]] = field(default_factory=lambda: defaultdict(list))
 
@@ -107,7 +114,8 @@ class _Progress:
             self._end(number, Row(values, "", Outcome("invalid", str(error), {})), feed, watch)
             return
         if made.hash not in self._waiting:
-            pool.submit(Job(made.scene, made.folder, self.study.measure, self.study.routine, self.threads, self.retry))
+            how = (self.study.measure, self.study.routine, self.threads, self.retry, self.trust)
+            pool.submit(Job(made.scene, made.folder, *how))
         self._waiting[made.hash].append((number, made))
 
     def _end(self, number: int, row: Row, feed, watch: Watch) -> None:

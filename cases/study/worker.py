@@ -30,7 +30,7 @@ WATCH_EVERY = 0.5  # [s]
 @dataclass(frozen=True)
 class Job:
     """A run to be had: its scene, its folder, what is measured on it, the threads it may take; `again` runs one that
-    failed once more."""
+    failed once more; `trust` lets code run that the scene names."""
 
     scene: Scene
     folder: Path
@@ -38,6 +38,7 @@ class Job:
     routine: str | None = None
     threads: int = 1
     again: bool = False
+    trust: bool = False
 
 
 @dataclass
@@ -65,21 +66,27 @@ def execute(job: Job) -> Outcome:
 
 def _outcome(job: Job) -> Outcome:
     facts = read_facts(job.folder)
-    fit, reason = facts.get("status") in ("done", "failed"), ""
-    if facts.get("status") == "done" and job.scene.output.mcap and not log_complete(job.folder / LOG):
-        reason = f"{job.folder.name}/{LOG} is damaged or incomplete; run it again with --retry"
-    reused = fit and not (job.again and (reason or facts["status"] == "failed"))
+    reused = facts.get("status") in ("done", "failed")
+    if reused and job.again and (facts["status"] == "failed" or _damage(job, facts)):
+        reused = False
     if not reused:
-        facts, reason = _run(job), ""
-    elif reason:
-        return Outcome("failed", reason, {}, facts.get("wall_seconds", 0.0), reused)
+        facts = _run(job)
     outcome = Outcome(facts["status"], facts.get("reason", ""), {}, facts.get("wall_seconds", 0.0), reused)
-    if outcome.status == "done":
+    if damage := _damage(job, facts):
+        outcome.status, outcome.reason = "failed", damage
+    elif outcome.status == "done":
         try:
             outcome.figures = _figures(job)
         except Exception as error:
             outcome.status, outcome.reason = "failed", _reason(error)
     return outcome
+
+
+def _damage(job: Job, facts: dict) -> str:
+    """Why a run that says it is done is not; empty where it is."""
+    if facts.get("status") != "done" or not job.scene.output.mcap or log_complete(job.folder / LOG):
+        return ""
+    return f"{job.folder.name}/{LOG} is damaged or incomplete; run it again with --retry"
 
 
 def _reason(error: Exception) -> str:
@@ -116,17 +123,41 @@ def _claimed(folder: Path) -> Iterator[None]:
 
 
 def _run(job: Job) -> dict:
-    """Run the scene from the start; what a killed run left in the folder goes first."""
-    for left in job.folder.iterdir():
-        if left.name not in KEPT:
-            shutil.rmtree(left) if left.is_dir() else left.unlink()
-    from fsi.runner import run
-
+    """Go on with the run from its last checkpoint, or run the scene from the start where it has none that can be used."""
     try:
-        run(job.scene, out=job.folder, threads=job.threads, quiet=True)
+        if not _resumed(job):
+            _clear(job.folder)
+            from fsi.runner import run
+
+            run(job.scene, out=job.folder, threads=job.threads, trust=job.trust, quiet=True)
     except Exception as error:
         record_failure(job.folder, _reason(error))
     return read_facts(job.folder)
+
+
+def _resumed(job: Job) -> bool:
+    """Whether the folder held an unfinished run that has now come to an end. RunError where that has failed."""
+    from fsi.simulation.checkpoint import files
+
+    facts = read_facts(job.folder)
+    if facts.get("status") not in ("running", "interrupted", "killed") or not files(job.folder):
+        return False
+    if facts["status"] == "running":  # by whom the lock was held, who is no more, on whatever machine
+        record_failure(job.folder, "its process ended without a word")
+    from fsi.resuming import resume
+
+    try:
+        resume(job.folder, threads=job.threads, trust=job.trust, quiet=True)
+    except SceneError:  # damaged, or of another version
+        return False
+    return True
+
+
+def _clear(folder: Path) -> None:
+    """Remove what a run has left, but for what it was made from."""
+    for left in folder.iterdir():
+        if left.name not in KEPT:
+            shutil.rmtree(left) if left.is_dir() else left.unlink()
 
 
 def _figures(job: Job) -> dict[str, tuple]:

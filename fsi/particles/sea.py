@@ -7,7 +7,7 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.particles.tank import axis, lattice
 from fsi.protocols import BodySet, Solid
-from fsi.scene.geometry import incident_waves, sea_sides, sea_zone
+from fsi.scene.geometry import cell, incident_waves, sea_sides, sea_zone
 from fsi.scene.model import Scene
 
 
@@ -16,7 +16,7 @@ def under_waves(scene: Scene, solids: list[Solid]) -> tuple[np.ndarray, np.ndarr
     it at t = 0, without what is inside the solids."""
     tank, dr, level, waves = scene.tank, scene.spacing, scene.fluid.still_water_level, incident_waves(scene)
     top = (*tank.max[:-1], level)
-    home = lattice([axis(a, b, a, dr) for a, b in zip(tank.min, top, strict=True)])
+    home = lattice([axis(a, b, a, side) for a, b, side in zip(tank.min, top, cell(scene), strict=True)])
     home[:, -1] -= level
     position = waves.carried(0.0, home)
     velocity, pressure = waves.velocity(0.0, position), waves.pressure_of(0.0, home, scene.fluid.density)

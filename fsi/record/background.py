@@ -64,7 +64,7 @@ class Background:
         try:
             for recorder in self._recorders:
                 recorder.begin(scene, bodies)
-        except OSError as fault:
+        except (OSError, RuntimeError) as fault:  # the second is rerun's
             raise _run_error(fault) from fault
         self._scene, self._fraction = scene, None
         self._thread = Thread(target=self._write, name="recorder", daemon=True)

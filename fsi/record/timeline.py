@@ -29,12 +29,24 @@ rr = require("rerun", "viewer", "output.timeline = true")
 BUFFERED_FRAMES = 500  # series frames that are written together; each batch has an overhead of about 1 kB a series
 WAIT = 1.0  # wall time [s] of a run without news, after which they are written
 BUFFERED_SECONDS = {False: 20.0, True: 0.5}  # of wall time after which they are written at the latest; in a live view
+PROBE_BYTES = 2**18  # of what is written before the first frame
 LEAST_FREE = 2**20  # bytes on the disk, under which it counts as full
 ARROW = 0.3  # length of a force arrow, in depths of the fluid, for the weight of the heaviest body
 ARC = 13  # points of the arc that is a torque in two dimensions
 SLICE = 3.0  # width in spacings of a body that is drawn in two dimensions
 FORCE, TORQUE = 0xD02020FF, 0x8030C0FF
 LINES = (0x1F77B4FF, 0xE07B28FF, 0x2E9E4FFF, 0x9A5FC0FF, 0xD0455FFF, 0x7F7F7FFF)  # of the plots, one after the other
+
+
+def _probe(path: Path) -> None:
+    """OSError where a file has no room to grow, by the disk, a quota or a limit: rerun would wait for its writer for ever."""
+    with path.open("ab") as file:
+        before = file.tell()
+        try:
+            file.write(bytes(PROBE_BYTES))
+            file.flush()
+        finally:
+            file.truncate(before)
 
 
 class TimelineRecorder:
@@ -59,6 +71,7 @@ class TimelineRecorder:
         else:  # rerun cannot append: it writes beside, and what it has written is added to the file
             self._sink = self._path.with_suffix(".rrd.part")
             os.truncate(self._path, self._keep)
+        _probe(self._path)
         self._place = self._path.stat()
         self._stream = rr.RecordingStream("spindrift", recording_id=self._name, send_properties=False)
         self._stream.set_log_time_enabled(False)

@@ -10,10 +10,12 @@ import sys
 import time
 import webbrowser
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 from fsi.errors import RunError, SceneError
 from fsi.extras import require
+from fsi.record.bound import bound
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 30.0  # [s] that the viewer may take to answer
@@ -21,7 +23,7 @@ PATIENCE = 30.0  # [s] that the viewer may take to answer
 
 def open_window(recording: Path) -> int:
     """Open a recording in a window and wait until it is closed; the viewer's exit status."""
-    return subprocess.call([*_command(), *_with_layers(recording), "--bind", LOOPBACK])
+    return subprocess.call(bound([*_command(), *_with_layers(recording), "--bind", LOOPBACK]))
 
 
 class WebViewer:
@@ -40,8 +42,8 @@ class WebViewer:
 
     def __enter__(self) -> WebViewer:
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        # In a session of its own: Ctrl-C is for the run, and the viewer is a child of the process that is started here.
-        self._process = subprocess.Popen(self._command, start_new_session=True, **quiet)
+        # In a session of its own: Ctrl-C is for the run, and the viewer may be a child of the process that is started here.
+        self._process = subprocess.Popen(bound(self._command), start_new_session=True, **quiet)
         end = time.monotonic() + PATIENCE
         while not all(map(_answers, self._ports)):
             if time.monotonic() > end or self._process.poll() is not None:
@@ -97,7 +99,12 @@ def _with_layers(recording: Path) -> list[str]:
 
 
 def _command() -> list[str]:
+    """The viewer's program itself, where it lies beside its package: what stands between would not die with us."""
     require("rerun", "viewer", "the viewer")
+    found = find_spec("rerun_cli")
+    for folder in found.submodule_search_locations if found and found.submodule_search_locations else ():
+        if os.access(program := Path(folder, "rerun"), os.X_OK):
+            return [str(program)]
     return [sys.executable, "-m", "rerun"]
 
 

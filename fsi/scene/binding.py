@@ -7,7 +7,7 @@ from typing import Any
 from fsi import plugins
 from fsi.extras import require
 from fsi.scene.geometry import retreats
-from fsi.scene.model import Scene
+from fsi.scene.model import GRIDS, Scene
 
 
 def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) -> tuple[Any, Any, Any]:
@@ -26,5 +26,9 @@ def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) 
         )
         back, forth = retreats(scene)  # water follows moving walls there
         low, high = low - back, high + forth
-        solid = plugins.engine().mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
+        engine = plugins.engine()
+        if scene.tank.bathymetry.suffix.lower() in GRIDS:
+            solid = engine.grid_solid(scene, (low, high))
+        else:
+            solid = engine.mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
     return moved, coupler, solid

@@ -67,6 +67,11 @@ def builtin_scenes() -> dict[str, Path]:
     return found
 
 
+def scene_folder(source: str | Path) -> Path:
+    """The folder of the file of a scene, from which its relative paths count."""
+    return _find(source).absolute().parent
+
+
 def _find(source: str | Path) -> Path:
     try:
         path = Path(source).expanduser()
