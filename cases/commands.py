@@ -90,7 +90,12 @@ def bench(
 
 
 def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md.")],
+    study: Annotated[
+        Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md; a scene with --radiation.")
+    ],
+    radiation: Annotated[
+        bool, typer.Option("--radiation", help="Move every joint of a scene by force: added mass and damping.")
+    ] = False,
     workers: Annotated[
         int | None, typer.Option(min=0, help="Worker processes; as many as there are cores if not given.")
     ] = None,
@@ -115,7 +120,12 @@ def sweep(
         "trust": trust,
         "quiet": quiet,
     }
-    result = runner.sweep(study, out=out, **options)
+    source: object = study
+    if radiation:
+        from cases.study.radiation import radiation_study
+
+        source = radiation_study(study)
+    result = runner.sweep(source, out=out, **options)
     from cases.study.summary import summary, summary_lines
 
     facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])

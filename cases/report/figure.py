@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,3 +28,18 @@ class Figure:
 def exceeded(values: np.ndarray, share: float = 0.01) -> float:
     """The level that the values lie above for this share of the time."""
     return float(np.quantile(values, 1 - share))
+
+
+def load_figures(load: np.ndarray, kind: str, units: str, words: str, dim: str, name: str) -> Iterator[Figure]:
+    """Figures of a load (n, 3), a force or a torque: as a whole, what of it is static, which is its median over time, and what
+    is dynamic, the rest. The static part of a body in water is its buoyancy, which hides the waves in the whole."""
+    load = load[np.isfinite(load).all(axis=1)]
+    if not len(load):
+        return
+    static = np.median(load, axis=0)
+    yield Figure(f"{kind}_static", float(np.linalg.norm(static)), units, f"static {words}", dim, name)
+    for suffix, part, which in (("", load, ""), ("_dynamic", load - static, "dynamic ")):
+        size = np.linalg.norm(part, axis=1)
+        yield Figure(f"{kind}{suffix}_max", float(size.max()), units, f"largest {which}{words}", dim, name)
+        level, text = exceeded(size), f"{which}{words} exceeded 1 % of the time"
+        yield Figure(f"{kind}{suffix}_1pct", level, units, text, dim, name)

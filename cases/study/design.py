@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 from cases.report.wave_figures import energy_period_ratio
 from cases.study import mjcf_edit
 from cases.study.plan import Study, Value
+from cases.study.radiation import forced
 from fsi.errors import SceneError
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
@@ -46,7 +47,10 @@ def design(study: Study, values: Mapping[str, Value], runs: Path) -> Design:
     Raises SceneError where the scene cannot be.
     """
     keys = {study.parameters[name].key: value for name, value in values.items()}
-    scene_keys, mjcf_keys, arguments = _sorted({**DEFAULTS, **study.settings, **keys})
+    given = {**DEFAULTS, **study.settings, **keys}
+    if study.routine == "radiation":
+        given = forced(given, _load(study, {}))
+    scene_keys, mjcf_keys, arguments = _sorted(given)
     if not mjcf_keys and not arguments and study.script is None:
         scene = _scene(study, scene_keys)
         return Design(dict(values), scene, runs / digest(scene))
