@@ -136,9 +136,24 @@ def sweep(
         raise RunError(f"{failed} of {facts['runs']} runs failed")
 
 
-def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
-    """Write the report of a run or a study: one HTML page, and its plots as PNG."""
-    print(runner.report(directory))
+def report(
+    directories: Annotated[
+        list[Path],
+        typer.Argument(metavar="DIR...", help="The folder of a run or a study; of two or more, to compare them."),
+    ],
+    scale: Annotated[
+        float | None, typer.Option(metavar="N", help="Full size over model: figures at full scale by Froude's law.")
+    ] = None,
+    scatter: Annotated[
+        Path | None,
+        typer.Option(metavar="CSV", help="How often which sea occurs (Hs, Tp): mean annual energy of a power matrix."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page of a comparison; comparison.html if not given.")
+    ] = None,
+) -> None:
+    """Write the report of a run or a study, or compare several: one HTML page, and its plots as PNG."""
+    print(runner.report(*directories, scale=scale, scatter=scatter, out=out))
 
 
 def new(

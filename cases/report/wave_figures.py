@@ -70,18 +70,22 @@ def settled(scene: Scene, place: float) -> float:
     return (2 * period if ramp is None else ramp) + max(place - scene.tank.min[0], 0.0) / speed
 
 
+def jolt(scene: Scene) -> float:
+    """How long the jolt of a run's first steps lasts in water at rest [s]."""
+    return JOLT * math.sqrt(wave_depth(scene) / scene.gravity) if scene.gravity else 0.0
+
+
 def arrival(scene: Scene, place: float) -> float:
     """The earliest time [s] at which the piston's waves can be at x = `place` [m]: it has moved by a hundredth of its stroke,
     and long waves have gone there over water that is a quarter deeper. Not before the jolt of the start is over."""
     depth, motion = wave_depth(scene), piston_motion(scene)
-    rest = JOLT * math.sqrt(depth / scene.gravity)
     if motion is None:
-        return rest
+        return jolt(scene)
     times = np.linspace(0.0, scene.duration, 4001)
     way = np.array([motion(float(t))[0] for t in times])
     moved = np.abs(way - way[0]) > MOVED * max(float(np.ptp(way)), 1e-12)
     begin = float(times[max(int(np.argmax(moved)) - 1, 0)]) if moved.any() else 0.0
-    return max(begin + max(place - scene.tank.min[0], 0.0) / math.sqrt(1.25 * scene.gravity * depth), rest)
+    return max(begin + max(place - scene.tank.min[0], 0.0) / math.sqrt(1.25 * scene.gravity * depth), jolt(scene))
 
 
 def wave_period(scene: Scene) -> float | None:
