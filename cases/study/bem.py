@@ -171,20 +171,17 @@ def compare(results, bem: Bem):
             motion[n, :, joints.index(joint)] = values
     dims, coords = ("level", "omega", "joint"), {"omega": data.omega.values.astype(float), "joint": joints}
     curves = xarray.DataArray(motion, dims=dims, coords=coords)
-    curves = curves.rename(level=level).assign_coords({level: results[level]}) if level else curves.isel(level=0)
+    curves = curves.rename(level=level) if level else curves.isel(level=0)
     at = curves.interp(omega=as_omega(results[name].values, name)).rename(omega=name)
-    at = at.assign_coords({name: results[name]}).drop_vars("omega", errors="ignore")
     units = results.rao.attrs["units"]
-    results["rao_bem"] = abs(at).assign_attrs(units=units, long_name="RAO, linear potential theory")
-    phase = xarray.apply_ufunc(lambda x: -np.angle(x), at)
-    results["rao_phase_bem"] = phase.assign_attrs(units="rad", long_name="phase, linear potential theory")
+    results["rao_bem"] = at.dims, abs(at.values), {"units": units, "long_name": "RAO, linear potential theory"}
+    facts = {"units": "rad", "long_name": "phase, linear potential theory"}
+    results["rao_phase_bem"] = at.dims, -np.angle(at.values), facts
     results["rao_ratio"] = results.rao / results.rao_bem
     results["rao_ratio"].attrs = {"units": "1", "long_name": "RAO over linear theory"}
     dense = curves.rename(omega="bem_omega")
-    results["rao_theory"] = abs(dense).assign_attrs(units=units, long_name="RAO, linear potential theory")
-    return results.assign_coords(
-        bem_omega=results.bem_omega.assign_attrs(units="rad/s", long_name="frequency of the file")
-    )
+    results["rao_theory"] = dense.dims, abs(dense.values), results.rao_bem.attrs
+    return _with_omega(results, data)
 
 
 def _of_joints(data, bem: Bem, ways: Modes, damping: float) -> dict[str, np.ndarray]:
@@ -209,14 +206,17 @@ def compare_radiation(results, bem: Bem):
         theory = theory.isel(driven=0, drop=True)
     name = frequency_name(results)
     at = theory.interp(omega=as_omega(results[name].values, name)).rename(omega=name)
-    at = at.assign_coords({name: results[name]}).drop_vars("omega", errors="ignore")
     for key in RADIATED:
         facts = {"units": results[key].attrs["units"], "long_name": f"{results[key].attrs['long_name']}, linear theory"}
-        results[f"{key}_bem"] = at[key].assign_attrs(facts)
-        results[f"{key}_theory"] = theory[key].rename(omega="bem_omega").assign_attrs(facts)
-    return results.assign_coords(
-        bem_omega=results.bem_omega.assign_attrs(units="rad/s", long_name="frequency of the file")
-    )
+        results[f"{key}_bem"] = at[key].dims, at[key].values, facts
+        dense = theory[key].rename(omega="bem_omega")
+        results[f"{key}_theory"] = dense.dims, dense.values, facts
+    return _with_omega(results, theory)
+
+
+def _with_omega(results, data):
+    facts = {"units": "rad/s", "long_name": "frequency of the file of linear theory"}
+    return results.assign_coords(bem_omega=("bem_omega", data.omega.values.astype(float), facts))
 
 
 def frequency_name(results) -> str:

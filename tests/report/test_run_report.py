@@ -84,7 +84,7 @@ def test_figures_of_a_converter_are_exact(converter):
     assert number["largest reading", "reaction.x"] == pytest.approx(5 * AMPLITUDE, rel=1e-3)
     assert "±" in found["mean absorbed power of all joints", ""]
     assert found["motion over wave amplitude", "hinge"].endswith("rad/m")
-    assert "after the ramp" in page and "12.5000" in page and "upper limit" in page
+    assert "in which the waves have come to the body" in page and "12.5000" in page and "upper limit" in page
     assert "a &lt;warning&gt;" in page
     assert {"body_force", "elevation", "energy"} <= {file.stem for file in (folder / "report").iterdir()}
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from cases.report import wave_figures
 from cases.study.decay import identify
 from cases.study.extremes import gumbel_fit, largest_of
-from cases.study.routines import annual_energy, peak, power_matrix
+from cases.study.routines import peak, power_matrix
 from fsi.errors import SceneError
 from fsi.waves import wavenumber
 
@@ -143,9 +143,6 @@ def test_power_matrix_is_the_mean_of_the_seeds():
     assert np.allclose(data.power_matrix, power.mean(axis=2))
     assert np.allclose(data.power_matrix_error, power.std(axis=2, ddof=1) / 2)
     assert np.allclose(data.capture_width_matrix, power.mean(axis=2) / 4)
-    share = np.array([[1, 0, 0], [0, 0, 3]])
-    expected = (data.power_matrix[0, 0] + 3 * data.power_matrix[1, 2]) / 4 * 8766
-    assert annual_energy(data, share) == pytest.approx(float(expected))
 
 
 def test_power_of_an_irregular_sea_in_deep_water(flap_scene):
