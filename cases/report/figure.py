@@ -30,13 +30,20 @@ def exceeded(values: np.ndarray, share: float = 0.01) -> float:
     return float(np.quantile(values, 1 - share))
 
 
+def static_part(load: np.ndarray) -> np.ndarray:
+    """What of a load (n, 3) does not change: the mean of the middle half of the values of each component, which a wave that
+    passes, or a blow, leaves as it is (Huber & Ronchetti 2009, section 3.3)."""
+    quarter = len(load) // 4
+    return np.sort(load, axis=0)[quarter : len(load) - quarter].mean(axis=0)
+
+
 def load_figures(load: np.ndarray, kind: str, units: str, words: str, dim: str, name: str) -> Iterator[Figure]:
-    """Figures of a load (n, 3), a force or a torque: as a whole, what of it is static, which is its median over time, and what
-    is dynamic, the rest. The static part of a body in water is its buoyancy, which hides the waves in the whole."""
+    """Figures of a load (n, 3), a force or a torque: as a whole, what of it is static, and what is dynamic, the rest. The static
+    part of a body in water is its buoyancy, which hides the waves in the whole."""
     load = load[np.isfinite(load).all(axis=1)]
     if not len(load):
         return
-    static = np.median(load, axis=0)
+    static = static_part(load)
     yield Figure(f"{kind}_static", float(np.linalg.norm(static)), units, f"static {words}", dim, name)
     for suffix, part, which in (("", load, ""), ("_dynamic", load - static, "dynamic ")):
         size = np.linalg.norm(part, axis=1)

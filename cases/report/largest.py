@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts
+from cases.report.figure import static_part
 from cases.report.page import Page
 from cases.report.snapshot import snapshot_figure
 from fsi.errors import SceneError
@@ -26,7 +27,7 @@ def moment(part):
             known = np.isfinite(load).all(axis=1)
             if not known.any():
                 continue
-            dynamic = np.where(known[:, None], load - np.median(load[known], axis=0), 0.0)
+            dynamic = np.where(known[:, None], load - static_part(load[known]), 0.0)
             size = np.linalg.norm(dynamic, axis=1)
             if size.max() > (0.0 if best is None else best[3]):
                 best = dim, str(name), dynamic, float(size.max()), int(size.argmax())
@@ -53,7 +54,7 @@ def largest_load(page: Page, folder: Path, data, scene: Scene, seconds: float) -
     charts.lines(panel, part.time.values[around], [columns[k] for k in shown], ["xyz"[k] for k in shown],
                  xlabel="time [s]", ylabel="dynamic force [N]", title=f"Dynamic force on {name}")  # fmt: skip
     panel.axvline(time, color="0.4", linestyle=":", linewidth=1.2)
-    section.figure(figure, "The force less its median over time", name="largest_load")
+    section.figure(figure, "The force less its static part", name="largest_load")
     position = next(place for own, _, place in LOADS if own == dim)
     place = part[position].sel({dim: name}).values[index] if position in part else np.full(3, np.nan)
     try:

@@ -26,6 +26,7 @@ PREFIX = "radiation."
 SPEEDS = {"omega": lambda x: x, "period": lambda x: 2 * math.pi / x, "frequency": lambda x: 2 * math.pi * x}
 KEYS = ("joint", "amplitude", "ramp", "periods", *SPEEDS)
 SETTLE = 1.0  # periods after the ramp that are left out
+SHORT = 0.05  # of a period, that the last frame may lack
 SAMPLES, FEWEST = 60, 16  # a period: as many are logged; with fewer there is no result
 RANGE = (0.3, 3.0)  # omega^2 a / g of the frequencies that are chosen where none are given, a the size of the body
 COUNT = 6  # of them
@@ -89,7 +90,7 @@ def radiation_figures(data, scene: Scene, start: float | None = None) -> Iterato
     period = 2 * math.pi / motion.omega
     begin = motion.ramp + SETTLE * period if start is None else start
     end = float(data.time[-1]) if data.sizes["time"] else 0.0
-    count = math.floor((end - begin) / period + 1e-3)
+    count = math.floor((end - begin) / period + SHORT)
     part = data.sel(time=slice(end - count * period - 1e-9, None))
     if count < 1 or part.sizes["time"] < FEWEST * count:
         fault = f"{max(end - begin, 0):.3g} s are left after the start-up, with {part.sizes['time']} samples"
