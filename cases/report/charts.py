@@ -61,7 +61,7 @@ def heat_map(panel, x, y, values, *, xlabel: str, ylabel: str, label: str) -> No
     middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
     for (row, column), value in np.ndenumerate(values):
         colour = "0.5" if np.isnan(value) else "white" if value < middle else "black"
-        text = "none" if np.isnan(value) else f"{value:.3g}"
+        text = "none" if np.isnan(value) else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
         panel.text(column, row, text, ha="center", va="center", color=colour, fontsize=11 if len(x) <= 12 else 8)
     panel.set_xticks(range(len(x)), [f"{v:.4g}" for v in x])
     panel.set_yticks(range(len(y)), [f"{v:.4g}" for v in y])

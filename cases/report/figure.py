@@ -38,8 +38,8 @@ def static_part(load: np.ndarray) -> np.ndarray:
 
 
 def load_figures(load: np.ndarray, kind: str, units: str, words: str, dim: str, name: str) -> Iterator[Figure]:
-    """Figures of a load (n, 3), a force or a torque: as a whole, what of it is static, and what is dynamic, the rest. The static
-    part of a body in water is its buoyancy, which hides the waves in the whole."""
+    """Figures of a load (n, 3), a force or a torque: as a whole, what of it is static, and what is dynamic, the rest. The
+    static part of a body in water is its buoyancy, which hides the waves in the whole."""
     load = load[np.isfinite(load).all(axis=1)]
     if not len(load):
         return

@@ -121,7 +121,10 @@ def _figures(section: Section, data, scene: Scene, scale: float | None) -> float
     if scale is not None:
         heads.append(f"at {check_scale(scale):g} times the size")
         rows = [[*row, _full(row, scale)] for row in rows]
-    caption = f"Over {which}; ± is the 95 % confidence interval of a mean; static is the mean of the middle half of the values, dynamic the rest"
+    caption = (
+        f"Over {which}; ± is the 95 % confidence interval of a mean; static is the mean of the middle half of the values, "
+        "dynamic the rest"
+    )
     section.table(heads, rows, caption=caption)
     if scale is not None:
         section.text("Full scale is by Froude's law in water of the same density; viscous forces do not go by it.")
