@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 from cases.report.wave_figures import energy_period_ratio
 from cases.study import mjcf_edit
+from cases.study.carriage import carried
 from cases.study.plan import Study, Value
 from cases.study.radiation import forced
 from fsi.errors import SceneError
@@ -48,10 +49,12 @@ def design(study: Study, values: Mapping[str, Value], runs: Path) -> Design:
     """
     keys = {study.parameters[name].key: value for name, value in values.items()}
     given = {**DEFAULTS, **study.settings, **keys}
+    free = False
     if study.routine == "radiation":
-        given = forced(given, _load(study, {}))
+        base = _load(study, {})
+        given, free = forced(given, base), bool(carried(base))
     scene_keys, mjcf_keys, arguments = _sorted(given)
-    if not mjcf_keys and not arguments and study.script is None:
+    if not mjcf_keys and not arguments and study.script is None and not free:
         scene = _scene(study, scene_keys)
         return Design(dict(values), scene, runs / digest(scene))
     runs.mkdir(parents=True, exist_ok=True)
@@ -61,6 +64,10 @@ def design(study: Study, values: Mapping[str, Value], runs: Path) -> Design:
             scene_keys |= _build(study.script, staging, arguments)
         scene = _scene(study, scene_keys)
         scene_keys |= _edited(scene, mjcf_keys, staging)
+        if study.routine == "radiation":
+            scene_keys |= _written(
+                {name: root for name, (root, _) in carried(_scene(study, scene_keys)).items()}, staging
+            )
         name = digest(_scene(study, scene_keys))
         inputs = runs / name / "inputs"
         if not inputs.is_dir():
@@ -163,6 +170,11 @@ def _edited(scene: Scene, keys: Mapping[str, object], folder: Path) -> dict[str,
         if body not in trees:
             trees[body] = mjcf_edit.read(file)
         mjcf_edit.change(trees[body], attribute, value, file.name)
+    return _written(trees, folder)
+
+
+def _written(trees: Mapping[str, ElementTree.Element], folder: Path) -> dict[str, str]:
+    """Write body files: `bodies.NAME.mjcf` -> path."""
     made = {}
     for body, root in trees.items():
         path = folder / f"{body}.xml"

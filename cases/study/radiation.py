@@ -17,6 +17,7 @@ import numpy as np
 
 from cases.report.figure import Figure
 from cases.report.wave_figures import harmonic, mean_and_error
+from cases.study.carriage import MOTIONS, carried
 from cases.study.plan import Parameter, Study
 from fsi.errors import SceneError
 from fsi.scene.file import load_scene
@@ -64,7 +65,9 @@ def forced(keys: Mapping[str, object], scene: Scene) -> dict[str, object]:
     away |= {key: "" for key in ("waves", "sea") if getattr(scene, key, None)}
     coupler = {"scheme": "prescribed", "motion": {str(own["joint"]): motion}}
     duration = (ramp + SETTLE + own.get("periods", 4)) * period
-    rest = {key: value for key, value in rest.items() if not key.startswith(("coupler.", "waves."))}
+    for key in rest:
+        if key.split(".")[0] in ("coupler", "waves", "sea", "duration"):
+            raise SceneError("has no effect on forced oscillation", key=key, fix="remove it")
     times = {"duration": float(f"{duration:.9g}")}
     if scene.output.series and scene.output.series > period / SAMPLES:
         times["output.series"] = float(f"{period / SAMPLES:.3g}")
@@ -140,15 +143,19 @@ def _units(rotary) -> tuple[str, str]:
 
 
 def radiation_study(source: str | Path) -> Study:
-    """A study of every hinge and slide joint of a scene, over frequencies and with amplitudes that suit the size of its
-    bodies. Raises SceneError for a scene without such a joint."""
+    """A study of every hinge and slide joint of a scene, and every motion of its free bodies, over frequencies and with
+    amplitudes that suit the size of its bodies. Raises SceneError for a scene in which nothing moves."""
     from bodies import load
 
     scene = load_scene(source)
     bodies = load(scene) if scene.bodies else None
-    joints = [str(name) for name in bodies.joint_names] if bodies else []
+    turns = dict(zip(map(str, bodies.joint_names), bodies.joint_is_rotary, strict=True)) if bodies else {}
+    for body, (_, names) in carried(scene).items():
+        before = f"{body}/" if len(scene.bodies) > 1 else ""
+        turns |= {before + name: MOTIONS[name.split()[-1]][0] == "hinge" for name in names}
+    joints = list(turns)
     if not joints:
-        fix = "give the body slide or hinge joints; a free body can be carried by three slides and three hinges"
+        fix = "give a body that moves, with slide, hinge or free joint"
         raise SceneError("no joint to move by force", key="bodies", file=Path(source).name, fix=fix)
     volume = sum(pose["drawn"]["displaced_mass"] for pose in bodies.hydrostatics().values()) / scene.fluid.density
     if not volume > 0:
@@ -157,9 +164,7 @@ def radiation_study(source: str | Path) -> Study:
         )
     size = volume ** (1 / 3) if scene.dimension == 3 else math.sqrt(volume / scene.tank.width)
     slide = max(SHARE * size, scene.spacing)
-    amplitude = {
-        name: slide / (size if turn else 1.0) for name, turn in zip(joints, bodies.joint_is_rotary, strict=True)
-    }
+    amplitude = {name: slide / (size if turn else 1.0) for name, turn in turns.items()}
     low, high = (float(f"{math.sqrt(ka * scene.gravity / size):.3g}") for ka in RANGE)
     grid = Parameter(
         key="radiation.omega", min=low, max=high, count=COUNT, scale="log", units="rad/s", description="frequency"

@@ -101,6 +101,26 @@ def test_a_study_of_a_scene_moves_every_joint(box):
         radiation_study("empty.toml")
 
 
+def test_a_free_body_gets_slides_and_hinges(box):
+    free = BOX.replace('<joint name="heave" type="slide" axis="0 0 1"/>', "<freejoint/>")
+    free = free.replace('<joint name="roll" type="hinge" axis="0 1 0"/>', "")
+    free = free.replace('<body name="box">', '<body name="box" euler="0 0 90">')
+    (box / "box.xml").write_text(free)
+    (box / "box.toml").write_text(TANK.replace("[bodies.box.pto.heave]\ndamping = 5.0\n", ""))
+    made = radiation_study("box.toml")
+    assert made.parameters["driven"].values == ("box surge", "box heave", "box pitch")
+    point = design(made, {"driven": "box surge", "omega": 6.0}, box / "runs")
+    bodies = load(point.scene)
+    assert bodies.joint_names == ("box surge", "box heave", "box pitch")
+    for motion, way in (("surge", [1, 0, 0]), ("heave", [0, 0, 1])):
+        before = bodies.motion().position[0].copy()
+        bodies.place({f"box {motion}": 0.1}, {})
+        assert bodies.motion().position[0] - before == pytest.approx(0.1 * np.array(way))
+    (box / "box.xml").write_text(free.replace("</mujoco>", '<keyframe><key qpos="0 0 0 1 0 0 0"/></keyframe></mujoco>'))
+    with pytest.raises(SceneError, match=r"box\.xml: has keyframes of a free body"):
+        radiation_study("box.toml")
+
+
 def log(scene, mass, damping, coupled):
     """The log of a run whose fluid has this added mass and damping in heave, `coupled` of both into roll, and the buoyancy of
     the body in its pose; each force is that in the middle of the step before."""
