@@ -91,7 +91,7 @@ def key_figures(data, scene: Scene) -> tuple[list, float, str]:
         end = float(data.time[-1]) if data.sizes["time"] else 0.0
         begin = wave_figures.jolt(scene) if scene.waves else 0.0
         begin = begin if begin < end else 0.0
-        kept = ("_max", "_1pct", "_static", "_rms", "discharge_mean", "per_metre", "end_stop", "end_stop_hits")
+        kept = ("_max", "_peak", "_1pct", "_static", "_rms", "discharge_mean", "per_metre", "end_stop", "end_stop_hits")
         found = [figure for figure in _whole(data, scene, begin) if figure.name.endswith(kept)]
         return (
             found,

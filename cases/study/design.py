@@ -120,6 +120,11 @@ def _scene(study: Study, keys: Mapping[str, object]) -> Scene:
     return _load(study, keys)
 
 
+def base_scene(study: Study) -> Scene:
+    """The scene of a study with what `set` says of it, before any parameter and script."""
+    return _load(study, _sorted(study.settings)[0])
+
+
 def _load(study: Study, keys: Mapping[str, object]) -> Scene:
     return load_scene(study.scene, [f"{key}={_toml(value)}" for key, value in keys.items()])
 

@@ -11,13 +11,13 @@ from cases.report import charts
 from cases.report.froude import check_scale, scaled
 from cases.report.page import Page
 from cases.report.wave_figures import energy_period_ratio
+from cases.study.design import base_scene
 from cases.study.judge import best_row, feasible
 from cases.study.results import load_results, names_in_order, table
 from cases.study.scatter import annual, read_scatter
 from cases.study.sections import annual_section, label, parameters_in_words, sections, title, words
 from cases.study.study_file import load_study
 from fsi.errors import SceneError
-from fsi.scene.file import load_scene
 
 SHOWN = ("mean_power", "capture_width_ratio", "rao", "rao_phase", "motion_max", "joint_force_max", "force_max")
 DECAY = ("decay_period", "decay_linear", "decay_quadratic", "decay_ratio")
@@ -68,7 +68,7 @@ def _annual(folder: Path, data, scatter: str | Path):
     """What the power matrix makes of a scatter table. Raises SceneError where the study has none."""
     if "power_matrix" not in data:
         raise SceneError("the study has no power matrix", key="--scatter", fix="set routine = 'power_matrix'")
-    scene = load_scene(load_study(folder / "study.toml").scene)
+    scene = base_scene(load_study(folder / "study.toml"))
     try:
         ratio = energy_period_ratio(scene.waves)
     except AttributeError:  # waves without a spectrum of this kind

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from fsi.compute.jit import exact
+from fsi.scene.geometry import mean_spacing
 from fsi.sph.kernel import value
 from fsi.sph.terms import kernel
 
@@ -145,7 +146,7 @@ class Surface:
             return wet, _around(solids.sort, len(solid), place)
 
         h = scene.smoothing_length
-        return elevation(fluid.position, point, scene.spacing, h, solid, period=self._length, spans=spans)
+        return elevation(fluid.position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
 
 
 def row_reading(position, point, spacing: float, surface: float) -> float:

@@ -14,9 +14,9 @@ from fsi.particles.fixed import Surface, joined
 from fsi.particles.ghosts import Periodic
 from fsi.particles.hydrostatics import Cells
 from fsi.particles.instruments import check_instruments
-from fsi.particles.tank import WHOLE, Sides, axis, lattice, wall_particles
+from fsi.particles.tank import Sides, axis, lattice, wall_particles
 from fsi.protocols import BodySet, Solid
-from fsi.scene.geometry import fluid_height, piston_retreat
+from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, piston_retreat, start
 from fsi.scene.model import Scene
 
 CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
@@ -99,15 +99,17 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
 
 
 def _fluid(scene: Scene, solids: list[Solid]):
-    """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace, and without cells that
-    the tank's far walls cut."""
-    tank, spacing = scene.tank, scene.spacing
-    half = (0.5 - WHOLE) * spacing
-    room = [b - half if f"{n}+" in tank.walls else math.inf for n, b in zip(tank.axes, tank.max, strict=True)]
+    """Blocks of fluid on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`),
+    without what the solids displace, and without cells that the tank's far walls cut."""
+    tank, spacing, sides = scene.tank, scene.spacing, cell(scene)
+    room = [
+        b - (0.5 - WHOLE) * side if f"{n}+" in tank.walls else math.inf
+        for n, b, side in zip(tank.axes, tank.max, sides, strict=True)
+    ]
     blocks = _blocks(scene)
     positions, velocities, liquids, tops, free = [], [], [], [], []
     for number, (low, high, velocity, liquid) in enumerate(blocks):
-        axes = [axis(a, min(b, r), o, spacing) for a, b, r, o in zip(low, high, room, tank.min, strict=True)]
+        axes = [axis(a, min(b, r), o, side) for a, b, r, o, side in zip(low, high, room, tank.min, sides, strict=True)]
         points = lattice(axes)
         for other_low, other_high, *_ in blocks[:number]:  # blocks may overlap: the first one holds the particle
             inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
@@ -143,11 +145,11 @@ def _pressure(scene: Scene, blocks: list[tuple], solids: list[Solid], position, 
     density = np.array([q.density for q in scene.all_liquids])
     if len(position) == 0 or (len(blocks) == 1 and not solids):
         found, pocket = scene.fluid.density * scene.gravity * (top - position[:, -1]), np.zeros(len(position), int)
-        return (np.zeros(len(position)) if scene.fluid.start == "zero" else found), pocket
+        return (np.zeros(len(position)) if start(scene) == "zero" else found), pocket
     origin = np.array(scene.tank.min)
-    cells = Cells(position, density[liquid], top, clear, solids, origin, scene.spacing)
+    cells = Cells(position, density[liquid], top, clear, solids, origin, np.array(cell(scene)))
     pressure, pocket = hydrostatics.pressure(cells, scene.gravity)
-    if scene.fluid.start == "zero":
+    if start(scene) == "zero":
         return np.zeros(len(position)), pocket
     if scene.liquids:  # blocks that end between two rows of the lattice: their exact load, where no more is different
         exact = scene.gravity * _load(position, blocks, density)
@@ -223,11 +225,12 @@ def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray
 
 
 def _off_lattice(scene: Scene):
-    """Sides of the tank that are not a whole number of spacings long leave a gap at the far wall."""
-    spans = list(zip(scene.tank.axes, scene.tank.min, scene.tank.max, strict=True))
-    if not scene.fluid.blocks:
-        spans[-1] = ("z up to the still water level", scene.tank.min[-1], scene.fluid.still_water_level)
-    for name, low, high in spans:
-        count = (high - low) / scene.spacing
-        if abs(count - round(count)) > WHOLE and (name != "z"):
-            yield f"tank: {name}: {high - low:g} m is {count:.2f} spacings; the last {count % 1:.2f} stay without fluid"
+    """Lengths of fluid that are no whole number of cells, by what starts in their place."""
+    tank, sides = scene.tank, cell(scene)
+    whole = {"fluid": (tank.min, (*tank.max[:-1], scene.fluid.still_water_level))} if not scene.fluid.blocks else {}
+    boxes = whole | {key: (block.min, block.max) for key, block in all_blocks(scene).items()}
+    for key, (low, high) in boxes.items():
+        for name, a, b, origin, side in zip(tank.axes, low, np.minimum(high, tank.max), tank.min, sides, strict=True):
+            filled = len(axis(a, b, origin, side)) * side
+            if abs(filled - (b - a)) > WHOLE * side:
+                yield f"{key}: {name}: {b - a:g} m is {(b - a) / side:.2f} cells; it starts {filled:g} m long"

@@ -92,7 +92,9 @@ class Fluid(Liquid):
     still_water_level: Number = 0.0  # [m]
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
-    start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
+    start: Literal["auto", "hydrostatic", "converged", "zero"] = (
+        "auto"  # pressure at t = 0; auto: converged where a block has a free side face, hydrostatic elsewhere
+    )
 
 
 class LinearPto(Part):

@@ -20,7 +20,7 @@ from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Controller, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.binding import bind
-from fsi.scene.geometry import piston_motion, wave_depth
+from fsi.scene.geometry import piston_motion, start, wave_depth
 from fsi.scene.model import Scene
 from fsi.simulation.alarms import Alarms
 from fsi.simulation.balance import Balance
@@ -241,7 +241,7 @@ class Simulation(Remembers):
 
     def _start(self, motion: Motion) -> None:
         """Pressure at t = 0, and the first frame."""
-        if self.scene.fluid.start == "converged":
+        if start(self.scene) == "converged":
             with self._phase("start"):
                 acceleration = np.zeros((self.fluid.owners, 6))
                 acceleration[: len(motion.others)] = motion.others
