@@ -10,14 +10,14 @@ from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles import hydrostatics
 from fsi.particles.filling import Filling, along_the_slope, fillings, free, load, on_the_lattice, uneven
-from fsi.particles.fixed import Surface, joined
+from fsi.particles.fixed import Surface, joined, unburied
 from fsi.particles.ghosts import Periodic
 from fsi.particles.hydrostatics import Cells
 from fsi.particles.instruments import check_instruments
 from fsi.particles.tank import Sides, axis, wall_particles
 from fsi.protocols import BodySet, Solid
 from fsi.scene import region
-from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, piston_retreat, start
+from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, start
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
 
@@ -54,7 +54,13 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
     check_instruments(scene, solids)
     gaps = bodies.gaps() if bodies else []
-    position, velocity, pressure, liquid, left_out = _fluid(scene, [solid for _, solid in solids + gaps])
+    obstacles = [solid for _, solid in solids + gaps]
+    if scene.sea and scene.sea.start == "waves":
+        from fsi.particles.sea import under_waves
+
+        (position, velocity, pressure), liquid, left_out = under_waves(scene, obstacles), None, ()
+    else:
+        position, velocity, pressure, liquid, left_out = _fluid(scene, obstacles)
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
@@ -70,6 +76,10 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
     boundary, normal, owner, source = _boundary(scene, solids)
+    if scene.sea and bodies:
+        from fsi.particles.sea import check_zones
+
+        check_zones(scene, bodies)
     loads = None
     if scene.loads:
         from fsi.particles.loads import load_weights
@@ -78,7 +88,8 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
     high = np.array(scene.tank.max) + margin
-    low[0] -= piston_retreat(scene)
+    back, forth = retreats(scene)
+    low, high = low - back, high + forth
     periodic = Periodic(scene)
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width
@@ -189,7 +200,9 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
         walls = [(owners == owner, Sides(scene, owner).clearance) for owner in (WALL, PISTON)]
         ours = [Surface(points[mine], clearance) for mine, clearance in walls]
         grounds = [Surface(clouds[n], solids[n][1].clearance, getattr(solids[n][1], "foot", None)) for n in fixed]
-        first, *middle, last = joined([ours[0], *grounds, ours[1]], scene.spacing)
+        surfaces, support = [ours[0], *grounds, ours[1]], 2 * scene.smoothing_length
+        kept = unburied(surfaces, support) if scene.single_layer else joined(surfaces, scene.spacing)
+        first, *middle, last = kept
         keep = np.empty(len(points), bool)
         keep[walls[0][0]], keep[walls[1][0]] = first, last
         points, owners = points[keep], owners[keep]

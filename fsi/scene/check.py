@@ -7,8 +7,10 @@ from collections.abc import Iterator
 
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
+from fsi.scene.check_implicit import implicit_faults
 from fsi.scene.check_instruments import instrument_faults, points_of
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
+from fsi.scene.check_sea import sea_faults, sea_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
@@ -21,12 +23,15 @@ def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
     checks = (
         _output,
+        implicit_faults,
         _positions,
         liquid_faults,
         _periodic,
+        _open,
         _field,
         _resolution,
         wave_faults,
+        sea_faults,
         _coupler,
         _control,
         _rest,
@@ -41,7 +46,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    return wave_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
+    return wave_warnings(scene) + sea_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:
@@ -118,6 +123,17 @@ def _periodic(scene: Scene) -> Iterator[Fault]:
         yield key, "gravity acts along z", "set gravity = 0"
     if tank.periodic and scene.bodies:
         yield key, "bodies do not repeat along a periodic axis", "use walls far away instead"
+
+
+def _open(scene: Scene) -> Iterator[Fault]:
+    tank, key = scene.tank, "tank.open"
+    for side in tank.open:
+        if side[0] not in tank.axes:
+            yield key, f"{side}: a two-dimensional scene has no y axis", "leave it out"
+        elif side in tank.walls:
+            yield key, f"{side} has a wall", "leave it out of tank.walls"
+        elif side[0] in tank.periodic:
+            yield key, f"{side}: the tank repeats itself along that axis", "leave it out"
 
 
 def _field(scene: Scene) -> Iterator[Fault]:

@@ -20,7 +20,7 @@ from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
 from fsi.scene.polygon import crossing_sides
 from fsi.scene.rheology import Rheology
-from fsi.scene.waves import DampingZone, Waves
+from fsi.scene.waves import DampingZone, Sea, Waves
 
 
 class Box(Part):
@@ -55,7 +55,9 @@ class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
+    open: tuple[Side, ...] = ()  # sides without a wall; fluid that leaves by them is removed and counted, not lost
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
+    boundary: Literal["auto", "layers", "single_layer"] = "auto"  # layers fill the support; one layer counts by weights
     bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground, or grid (XYZ, ASC, GeoTIFF)
     grid: Grid | None = None  # where a bathymetry that is a grid lies
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
@@ -243,15 +245,36 @@ ACCURACY = {  # defaults that differ from those of `normal`
 }
 
 
+SOLVER = {  # defaults of a solver that differ from those of the others
+    "iisph": {
+        "smoothing_ratio": 1.0,
+        "kernel": "cubic_spline",
+        "courant": 0.8,  # 0.4 of the support
+        "viscosity": "none",
+        "artificial_viscosity": 0.1,  # of half the smoothing length
+    },
+}
+
+
 class Numerics(Part):
     """The scheme; every figure's reason is in docs/theory/numerics.md. `accuracy` chooses the defaults of what it trades for
     time; a key that is given holds."""
 
     accuracy: Literal["draft", "normal", "fine"] = "normal"
-    smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing
-    solver: Literal["explicit", "chebyshev", "converged"] = "chebyshev"  # pressure sweeps: Jacobi's, Chebyshev's, all
+    smoothing_ratio: Annotated[float, Field(ge=1.0, le=2.0)] = (
+        2.0  # smoothing length / spacing; 1.2 or more but for `iisph`
+    )
+    kernel: Literal["wendland", "cubic_spline"] = "wendland"  # the second one for `iisph` alone
+    solver: Literal["explicit", "chebyshev", "converged", "iisph"] = (
+        "chebyshev"  # sweeps: Jacobi's, Chebyshev's, all; implicit
+    )
     sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
     pressure_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5  # of `converged`: last change over the largest value
+    density_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-3  # xi of `iisph`: mean density in excess, as a share
+    lambda_max: Annotated[float, Field(gt=0, le=2)] = (
+        0.075  # of `iisph`: time step over sqrt(support / gravity) at most
+    )
+    wall_friction: NonNegative = 0.0  # sigma of `iisph`: Monaghan's alpha, of walls (Akinci et al. 2012)
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
@@ -276,9 +299,13 @@ class Numerics(Part):
     @model_validator(mode="before")
     @classmethod
     def _defaults(cls, values):
-        if isinstance(values, dict) and isinstance(values.get("accuracy"), str):
-            return ACCURACY.get(values["accuracy"], {}) | values
-        return values
+        return presets(values.get("accuracy"), values.get("solver")) | values if isinstance(values, dict) else values
+
+
+def presets(accuracy: object, solver: object) -> dict:
+    """Defaults that an accuracy and a solver change; those of the solver hold."""
+    found = ACCURACY.get(accuracy, {}) if isinstance(accuracy, str) else {}
+    return found | (SOLVER.get(solver, {}) if isinstance(solver, str) else {})
 
 
 def _known_field(name: str) -> str:
@@ -325,6 +352,7 @@ class Scene(Part):
     fluid: Fluid = Fluid()
     liquids: dict[str, Liquid] = {}  # others beside it, by name; their blocks take its place
     waves: Waves | None = None
+    sea: Sea | None = None
     damping: tuple[DampingZone, ...] = ()
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}
@@ -362,6 +390,18 @@ class Scene(Part):
         return (0.5 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
 
     @property
+    def single_layer(self) -> bool:
+        """True where boundary particles stand in one layer and count by weights (`tank.boundary`)."""
+        return self.tank.boundary == "single_layer" or (
+            self.tank.boundary == "auto" and self.numerics.solver == "iisph"
+        )
+
+    @property
+    def reading_length(self) -> float:
+        """Smoothing length that gauges and probes read the fluid with [m]."""
+        return max(self.numerics.smoothing_ratio, 1.2) * self.spacing
+
+    @property
     def layers(self) -> int:
-        """Boundary particle layers that fill the kernel's support."""
-        return math.ceil(2 * self.numerics.smoothing_ratio - 1e-9)
+        """Boundary particle layers that fill the kernel's support; one where they count by weights."""
+        return 1 if self.single_layer else math.ceil(2 * self.numerics.smoothing_ratio - 1e-9)
