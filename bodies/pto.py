@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ import numpy as np
 from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
 from fsi.tables import read_table
+from fsi.user_code import load
 
 FRICTIONLESS = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
@@ -90,8 +90,8 @@ class Table:
 class Python:
     """A user's function of (time, position, velocity), slopes by central differences."""
 
-    def __init__(self, settings: PythonPto, key: str, source: object):
-        self._name, self._call = str(settings.function), _function(settings.function, key, source)
+    def __init__(self, settings: PythonPto, function: Callable[[float, float, float], float]):
+        self._name, self._call = str(settings.function), function
         self._given: list[tuple[tuple[float, float, float], float]] = []  # the first and the latest (t, x, v) and force
         self._force(0.0, 0.0, 0.0)
 
@@ -127,6 +127,13 @@ class Python:
         return force
 
 
+class Unread:
+    """Stands for a user's function where a scene is checked and no code of it runs: no force."""
+
+    def pull(self, time: float, x: float, v: float) -> Pull:
+        return Pull(0.0)
+
+
 def _steepest(slope: float, force: float, at_rest: float, v: float) -> float:
     """Damping: the slope at the velocity v, or that of the chord to rest where it is steeper. With the chord a force that
     drops to its value at rest within the step does not reverse the motion."""
@@ -142,6 +149,7 @@ class PowerTakeOffs:
     def __init__(self, model: mujoco.MjModel, settings: Mapping[int, object], keys: Mapping[int, str], source: object):
         self.model = model
         self._kinds = {}
+        self.notes: list[str] = []
         self._friction = {}  # dof -> share of the joint's friction that is the power take-off's
         for joint, chosen in settings.items():
             dof = int(model.jnt_dofadr[joint])
@@ -156,7 +164,11 @@ class PowerTakeOffs:
                 model.dof_frictionloss[dof] = own + chosen.force
                 model.dof_solimp[dof, :2] = 0.9999  # a joint that sticks creeps by 1 - this of its free acceleration
             else:
-                self._kinds[dof] = _make(chosen, keys[joint], source)
+                self._kinds[dof] = kind = _make(chosen, keys[joint], source)
+                if isinstance(kind, Unread):
+                    self.notes.append(
+                        f"{keys[joint]}: {chosen.function} is not run by a check, and its force is taken as 0"
+                    )
         self.dofs = np.array(sorted(self._kinds), int)
         self._position = model.jnt_qposadr[model.dof_jntid] if model.nv else np.zeros(0, int)
         self._latching = {dof: kind for dof, kind in self._kinds.items() if isinstance(kind, Latching)}
@@ -189,6 +201,13 @@ class PowerTakeOffs:
             kind.watch(data.time, data.qvel[dof])
         states = ((self._kinds[dof], data.qpos[self._position[dof]], data.qvel[dof]) for dof in self.dofs)
         return [kind.pull(data.time, float(x), float(v)) for kind, x, v in states]
+
+    def at_rest(self, data: mujoco.MjData) -> np.ndarray:
+        """Their forces (nv,) where the joints stand, without velocity; friction is not in."""
+        force = np.zeros(self.model.nv)
+        for dof, kind in self._kinds.items():
+            force[dof] = kind.pull(data.time, float(data.qpos[self._position[dof]]), 0.0).force
+        return force
 
     def note(self, data: mujoco.MjData, holding: np.ndarray) -> None:
         """Keep the forces after a step for the series. holding (nv,): damping of the joints that are held [N s/m]; the
@@ -235,28 +254,10 @@ def _make(settings: object, key: str, source: object):
         return Linear(settings)
     if isinstance(settings, TablePto):
         return Table(settings)
-    return Python(settings, key, source)
+    function = load(settings.function, key, source)
+    return Unread() if function is None else Python(settings, function)
 
 
 def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     rows = read_table(file, ("velocity", "force"), 2)
     return rows[:, 0], rows[:, 1]
-
-
-def _function(place: Path, key: str, source: object) -> Callable[[float, float, float], float]:
-    """The function that `FILE.py:NAME` names."""
-    path, _, name = str(place).rpartition(":")
-    fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
-    if not path or not Path(path).is_file():
-        raise SceneError(f"no file {path or name!r}", key=f"{key}.function", file=source, fix=fix)
-    spec = spec_from_file_location(f"pto_{Path(path).stem}", path)
-    module = module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as fault:  # of any kind: it is the user's code
-        raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from fault
-    found = getattr(module, name, None)
-    if not callable(found):
-        known = ", ".join(n for n, value in vars(module).items() if callable(value) and not n.startswith("_")) or "none"
-        raise SceneError(f"no function {name!r}", key=f"{key}.function", file=source, fix=f"{path} has: {known}")
-    return found

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,11 +17,15 @@ from typer.core import TyperCommand, TyperGroup
 
 import fsi
 from fsi import plugins, runner
-from fsi.errors import RunError, SceneError
+from fsi.errors import RunError, SceneError, short
+from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
+from fsi.scene.check_floating import floating_lines
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
+from fsi.simulation.signals import at_once
+from fsi.strict_json import dumps
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
@@ -54,6 +59,8 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx, cmd_name: str):
         if own := super().get_command(ctx, cmd_name):
+            with exit_codes():
+                plugins.check_ours("commands", cmd_name)
             return own
         return Registered(cmd_name) if cmd_name in plugins.registered("commands") else None
 
@@ -71,6 +78,7 @@ RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of
 Settings = Annotated[list[str] | None, typer.Option("--set", metavar="A.B=VALUE", help="Replace a value of the scene.")]
 Until = Annotated[float | None, typer.Option(metavar="T", help="Simulated time [s] in place of the scene's duration.")]
 Level = Annotated[str | None, typer.Option(metavar="NAME", help="A table [levels.NAME] of the scene, such as paper.")]
+Trust = Annotated[bool, typer.Option("--trust", help="Run the Python code that it names: docs/guide/trust.md.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
@@ -100,14 +108,32 @@ def exit_codes() -> Iterator[None]:
         code = _fail(error, FAILED)
     except KeyboardInterrupt:
         code = _fail("interrupted", INTERRUPTED)
+    except OSError as fault:
+        if not fault.filename:
+            raise
+        code = _fail(f"{short(fault.filename)}: {fault.strerror}", WRONG_INPUT)
     else:
         return
     raise typer.Exit(code)
 
 
 def _fail(error: object, code: int) -> int:
-    print(error, file=sys.stderr)
+    Messages()(str(error))
     return code
+
+
+def _result(text: str) -> None:
+    """The result of a run on stdout: where nobody reads it, the run is no less done."""
+    try:
+        print(text, flush=True)
+    except (OSError, ValueError) as fault:
+        _lost(fault)
+
+
+def _lost(fault: Exception) -> None:
+    Messages()(f"stdout cannot be written: {getattr(fault, 'strerror', None) or fault}")
+    with suppress(OSError):  # what waits to be written goes nowhere, and Python does not try again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 @app.command()
@@ -119,6 +145,8 @@ def run(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     live: Annotated[bool, typer.Option("--live", help="Show the timeline in the browser as the run goes on.")] = False,
+    viewer: Annotated[Literal["mujoco"] | None, typer.Option(help="Watch the bodies in MuJoCo's own viewer.")] = None,
+    trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -132,13 +160,15 @@ def run(
             overrides=settings or (),
             level=level,
             live=live,
+            viewer=viewer,
+            trust=trust,
             quiet=quiet,
         )
         if as_json:
-            print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
+            _result(dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
             lost = f", {result.lost_particles} particles lost" if result.lost_particles else ""
-            print(
+            _result(
                 f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps, "
                 f"{result.wall_seconds:.1f} s of wall time{lost}"
             )
@@ -155,22 +185,33 @@ def check(
     measure: Annotated[
         int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
     ] = 0,
+    periods: Annotated[
+        bool, typer.Option("--periods", help="Run a step for the natural periods of the bodies.")
+    ] = False,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the resolved scene, as TOML, and what a run of it would take."""
+    """Print the resolved scene, as TOML, and what a run of it would take. No code that it names is run."""
     with exit_codes():
         result = runner.check(
-            scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads
+            scene,
+            until=until,
+            overrides=settings or (),
+            level=level,
+            measure=measure,
+            periods=periods,
+            threads=threads,
         )
         if as_json:
-            print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
+            print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
-        for line in (*result["waves"], *_estimate_lines(result["estimate"])):
+        for line in (*result["waves"], *floating_lines(result["hydrostatics"]), *_estimate_lines(result["estimate"])):
             print(f"# {line}")
+        for name, period in result.get("natural_periods", {}).items():
+            print(f"# natural period, {name}: {period:.3g} s")
         for line in (*result["warnings"], *result["notes"]):
-            print(line, file=sys.stderr)
+            Messages()(line)
 
 
 def _estimate_lines(estimate: dict) -> list[str]:
@@ -201,14 +242,15 @@ def resume(
     directory: RunDirectory,
     until: Until = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
 ) -> None:
     """Go on with a run that was interrupted or killed, from its last checkpoint."""
     from fsi.resuming import resume as go_on
 
     with exit_codes():
-        result = go_on(directory, until=until, threads=threads, quiet=quiet)
-        print(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
+        result = go_on(directory, until=until, threads=threads, trust=trust, quiet=quiet)
+        _result(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
         if result.exit_code:
             raise typer.Exit(result.exit_code)
 
@@ -243,11 +285,19 @@ def view(
 @app.command("export")
 def export_run(
     directory: RunDirectory,
-    to: Annotated[Literal["nc", "csv"], typer.Option(help="netCDF, or one wide CSV table.")] = "nc",
+    to: Annotated[
+        Literal["nc", "csv", "vtk", "surface"],
+        typer.Option(
+            help="netCDF, or one wide CSV table; VTKHDF files of particles, bodies and walls, or of the fluid's surface."
+        ),
+    ] = "nc",
 ) -> None:
-    """Write the time series of a run as a netCDF or CSV file."""
+    """Write the time series of a run as a netCDF or CSV file, or its particles, bodies or surface for ParaView."""
     with exit_codes():
-        print(export(directory, to))
+        if to in ("vtk", "surface"):
+            print("\n".join(map(str, plugins.function("vtk")(directory, to))))
+        else:
+            print(export(directory, to))
 
 
 @app.command()
@@ -265,11 +315,24 @@ def cases(as_json: AsJson = False) -> None:
 
 def main() -> None:
     """The command `fsi`. After a signal nothing is waited for any more: queues kill what lingers."""
+    open_closed_streams()
+    code: object = 0
     try:
-        app()
+        with at_once(Messages()):
+            app()
     except SystemExit as ended:
-        if ended.code not in (INTERRUPTED, TERMINATED):
+        code = ended.code
+    except OSError as fault:
+        if fault.filename or fault.errno not in (errno.ENOSPC, errno.EIO, errno.EPIPE, errno.EBADF):
             raise
+        _lost(fault)
+        code = FAILED
+    try:
         sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(ended.code)
+    except (OSError, ValueError) as fault:
+        _lost(fault)
+        code = code or FAILED
+    if code in (INTERRUPTED, TERMINATED):
+        Messages().flush()
+        os._exit(code)
+    raise SystemExit(code)

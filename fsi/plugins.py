@@ -6,7 +6,8 @@ A package registers a thing in its pyproject.toml, under the group `spindrift.GR
 |-----------|----------------------|----------------------------------------------------------------------------|
 | commands  | of `fsi NAME`        | a function with typer's annotations; the first line of its docstring is shown |
 | functions | `sweep`, `report`, ... | what `fsi.sweep(...)` and its like call                                    |
-| engines   | `mujoco`             | a module with `load(scene, source)` and `mesh_solid(file, dimension, crop)`  |
+| engines   | `mujoco`             | a module with `load(scene, source)`, `mesh_solid(file, dimension, crop)`,
+|           |                      | `grid_solid(scene, crop)` |
 | couplers  | of the scheme        | a subclass of `fsi.scene.coupler.CouplerSettings`                          |
 | waves     | of the kind          | a subclass of `fsi.waves.kind.WaveKind`                                    |
 | fields    | of the output field  | a `fsi.scene.fields.ParticleField`                                         |
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 OURS = "spindrift"
+_GROUPS = ("commands", "functions", "engines", "couplers", "waves", "fields", "scenes", "cases")
 
 
 def registered(group: str) -> dict[str, tuple[EntryPoint, ...]]:
@@ -77,6 +79,14 @@ def find(group: str, name: str) -> Any:
             f"the {what} of the package {package!r} ({entries[0].value}) cannot be loaded: {type(fault).__name__}: {fault}",
             fix=f"repair or uninstall {package}",
         ) from fault
+
+
+def check_ours(group: str, name: str) -> None:
+    """Raise SceneError where another package brings a thing by the name of one of ours, which stands in no group."""
+    if entries := registered(group).get(name, ()):
+        packages = ", ".join(map(_package, entries))
+        fault = f"the {group.removesuffix('s')} {name!r} is one of ours, and {packages} brings another by that name"
+        raise SceneError(fault, fix="rename it there, or uninstall that package")
 
 
 def _package(entry: EntryPoint) -> str:
@@ -131,6 +141,12 @@ def folders(group: str) -> list[Path]:
                 raise SceneError(fault, fix=f"repair or uninstall {package}")
             found.append(place)
     return found
+
+
+def packages() -> list[Path]:
+    """Folders of the packages that have registered anything; nothing is imported."""
+    tops = {entry.module.partition(".")[0] for group in _GROUPS for es in registered(group).values() for entry in es}
+    return [place for top in sorted(tops) if (place := _place(top)) is not None]
 
 
 def function(name: str) -> Any:

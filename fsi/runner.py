@@ -5,24 +5,30 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterable
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fsi.errors import SceneError
+from fsi.messages import Messages
 from fsi.plugins import function
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids
-from fsi.scene.file import load_scene
+from fsi.scene.check_floating import afloat, narrow
+from fsi.scene.file import load_scene, scene_folder
 from fsi.scene.model import Scene
+from fsi.scene.paths import outside_notes
+from fsi.trust import checking, trusting
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+    from fsi.protocols import Controller
+    from fsi.simulation.view import View
 
 
 @dataclass(frozen=True)
@@ -53,38 +59,52 @@ def run(
     overrides: Iterable[str] = (),
     level: str | None = None,
     live: bool = False,
+    trust: bool = False,
     quiet: bool = False,
+    on_step: Callable[[View], None] | None = None,
+    controller: Controller | None = None,
+    control_interval: float | None = None,
+    viewer: Literal["mujoco"] | None = None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
-    `live` shows the timeline in the browser as the run goes on, on this machine only.
+    `live` shows the timeline in the browser as the run goes on, `viewer="mujoco"` the bodies in MuJoCo's own viewer, both on
+    this machine only. `trust` lets the Python code run that the scene names (`fsi.trust`). `on_step` is called after each step
+    with the run as it stands (`fsi.simulation.view.View`); `controller` before every step, or every `control_interval` seconds,
+    and may set `data.ctrl` (`fsi.protocols.Controller`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
-    scene, label = _load(scene, overrides, until, level)
-    say = _silent if quiet else _say
-    bodies, coupler, ground = bind(scene, label)
+    source, (scene, label) = scene, _load(scene, overrides, until, level)
+    say = Messages(quiet)
+    with trusting(trust):
+        bodies, coupler, ground = bind(scene, label)
     warnings = _warnings(scene, bodies, ground, label)
-    for line in (*warnings, *(bodies.notes if bodies else ())):
+    for line in (*warnings, *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)):
         say(line)
-    folder = RunFolder.choose(scene, out)
     from fsi.estimate import check_room
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    viewer = _viewer() if live else None
-    recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
-    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
-    check_room(scene, bodies, sim.counts["fluid"], folder.path)
-    folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
-    say(f"writing to {folder.path}")
-    return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+    with RunFolder.choose(scene, out) as folder, _window(bodies) if viewer else nullcontext() as window:
+        web = _viewer() if live else None
+        recorders = open_recorders(scene, folder.path, web and web.sink)
+        with trusting(trust):
+            sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+        if controller is not None:
+            sim.steer(controller, control_interval)
+        check_room(scene, bodies, sim.counts["fluid"], folder.path)
+        folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
+        say(f"writing to {folder.path}")
+        return finish(sim, folder, recorders, scene.duration, say, web, quiet, _watching(sim, window, on_step))
 
 
-def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False) -> Run:
-    """Run a simulation to `until` [s] in its folder, with a line of progress."""
+def finish(
+    sim, folder: RunFolder, recorders: list, until: float, say: Messages, viewer=None, quiet: bool = False, watch=None
+) -> Run:
+    """Run a simulation to `until` [s] in its folder, with a line of progress; `watch` is called with it after each step."""
     from fsi.progress import Progress
     from fsi.simulation.logged import carry_out
     from fsi.simulation.signals import exit_code
@@ -92,10 +112,14 @@ def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=No
     told: list[str] = [
         event.text for event in sim.events
     ]  # texts of the events so far, whose warnings are said at once
-    with _watched(viewer, say), Progress(until, quiet=quiet) as progress:
+    with _watched(viewer, say), Progress(until, say, quiet=quiet) as progress:
 
         def on_step(sim) -> None:
             progress(sim)
+            if watch:
+                watch(sim)
+            if fault := say.new_fault():
+                sim.report("warning", f"messages are lost: {fault}")
             for event in sim.events[len(told) :]:
                 told.append(event.text)
                 if event.level == "warning":
@@ -119,29 +143,46 @@ def check(
     overrides: Iterable[str] = (),
     level: str | None = None,
     measure: int = 0,
+    periods: bool = False,
     threads: int | None = None,
 ) -> dict[str, Any]:
-    """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
-    are run and timed (`fsi.estimate.measured`).
+    """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
+    counts, memory_bytes, steps, seconds), `waves` in figures, `hydrostatics` of the bodies
+    (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
+    are run and timed (`fsi.estimate.measured`), with `periods` there are `natural_periods` (`fsi.periods`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
-    scene, label = _load(scene, overrides, until, level)
-    bodies, coupler, ground = bind(scene, label)
+    source, (scene, label) = scene, _load(scene, overrides, until, level)
+    with checking():
+        bodies, coupler, ground = bind(scene, label)
+        if scene.control:
+            from fsi.simulation.control import controller_of
+
+            controller_of(scene, label)
+    floats = bodies.hydrostatics() if bodies else {}  # before the bodies are moved
     from fsi.estimate import checkpoint_cost, estimate, measured
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
-    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)]
+    if scene.control:
+        notes.append(f"control: {scene.control.function.name} is not run by a check")
     cost |= checkpoint_cost(scene, cost)
     if measure:
-        cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
+        with checking():
+            cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
+    if periods:
+        from fsi.periods import natural_periods
+
+        natural = natural_periods(scene, label, threads)
     return {
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
-        "warnings": _warnings(scene, bodies, ground, label),
+        "hydrostatics": floats,
+        **({"natural_periods": natural} if periods else {}),
+        "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
         "notes": notes,
     }
 
@@ -155,25 +196,18 @@ def validate(
     threads: int | None = None,
     jobs: int = 1,
     figures: bool = False,
+    trust: bool = False,
     quiet: bool = False,
 ) -> Any:
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.engine.validate`."""
-    say = _silent if quiet else _say
-    return function("validate")(
-        tuple(names),
-        levels=tuple(levels),
-        solvers=tuple(solvers),
-        out=out,
-        threads=threads,
-        jobs=jobs,
-        figures=figures,
-        say=say,
-    )
+    options = {"out": out, "threads": threads, "jobs": jobs, "figures": figures, "say": Messages(quiet)}
+    with trusting(trust):
+        return function("validate")(tuple(names), levels=tuple(levels), solvers=tuple(solvers), **options)
 
 
 def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False) -> Any:
     """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
-    return function("bench")(quick=quick, large=large, out=out, say=_silent if quiet else _say)
+    return function("bench")(quick=quick, large=large, out=out, say=Messages(quiet))
 
 
 def sweep(study: Any, **options: Any) -> Any:
@@ -196,12 +230,45 @@ def _load(
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
 
 
+def _outside(scene: Scene, source: Scene | str | Path, bodies) -> list[str]:
+    """Notes on files outside the folder of the scene file; a scene that was made in Python has no folder."""
+    if isinstance(source, Scene):
+        return []
+    return outside_notes(scene, scene_folder(source), getattr(bodies, "files", ()))
+
+
 def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
     """What is allowed and likely not meant. Raises SceneError where a whole bathymetry lies beside the tank."""
     try:
         return scene_warnings(scene) + idle_solids(scene, bodies, ground)
     except SceneError as error:
         raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None
+
+
+def _window(bodies):
+    """MuJoCo's own viewer. Raises SceneError where it cannot be opened."""
+    if bodies is None:
+        raise SceneError("MuJoCo's viewer shows bodies, and the scene has none", key="--viewer", fix="use --live")
+    return function("mujoco_viewer")(bodies)
+
+
+def _watching(sim, window, on_step):
+    """What is called after each step, None where nothing is."""
+    if not window and not on_step:
+        return None
+    from fsi.simulation.view import View
+
+    view = View(sim)
+
+    def watch(sim) -> None:
+        if on_step:
+            view.refresh()
+            on_step(view)
+            view.settle()
+        if window:
+            window.show(sim)
+
+    return watch
 
 
 def _viewer():
@@ -222,11 +289,3 @@ def _watched(viewer, say):
         say(f"live view: {viewer.page}")
         open_browser(viewer.page)
         yield
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
-def _silent(line: str) -> None:
-    pass

@@ -156,6 +156,19 @@ class BoundaryParticles:
             self._add(force, wrench, least)
         return wrench
 
+    def felt(self, rows: np.ndarray, column: int, flow: np.ndarray) -> np.ndarray:
+        """Force (2, count, dim) of the pressures in a column of `rows`, and of viscosity, on each boundary particle, fixed ones
+        among them; 0 on those that are counted elsewhere [N]."""
+        force = np.zeros((2, self.count, self.dim))
+        if self.count:
+            self.press(rows, rows, column=column, columns=1, least=0)
+            force[0] = self._force[0, : self.count]
+            if self._drag:
+                self.drag(flow, least=0)
+                force[1] = self._force[0, : self.count]
+        force[:, self._counted[: self.count] == NOBODY] = 0.0
+        return force
+
     def grasp(self, grip: np.ndarray, dt: float, accelerations: np.ndarray) -> np.ndarray:
         """Change (m, owners, 6) of the viscous wrench over a step of dt [s] by accelerations (m, owners, 6): implicit viscosity
         is stiff for bodies too, so that their drag counts with the velocity at the end of the step. grip (count,):

@@ -71,6 +71,11 @@ class Fluid:
         self.sort = CellSort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
+        self.loads = None
+        if layout.loads is not None:
+            from fsi.fluid.loads import FixedLoads
+
+            self.loads = FixedLoads(scene, layout.loads, self.owners)
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
         self._compose()
@@ -253,16 +258,20 @@ class Fluid:
         near, work, solids, state = self.near, self.work, self.solids, self.particles
         chunks = len(near.bounds) - 1
         place = columns.corrector_sums(self.dim)
-        sums, impulse = np.zeros((chunks, place.width("loss"))), np.zeros((chunks, self.owners, 6))
+        owner, centre = (solids.owner, solids.centre) if self.loads is None else self.loads.booked(solids)
+        sums, impulse = np.zeros((chunks, place.width("loss"))), np.zeros((chunks, len(centre), 6))
         self.team.run(
             self._corrector, near.bounds, near.groups, work.trial, work.field, work.coefficients, state.label,
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
-            solids.position, solids.velocity, solids.owner, solids.centre, impulse, sums,
+            solids.position, solids.velocity, owner, centre, impulse, sums,
         )  # fmt: skip
         self._kept = self.halo.drop(state)
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
-        return np.concatenate([maxima, totals]), solids.smoothed(self.reductions.total(impulse))
+        impulse = self.reductions.total(impulse)
+        if self.loads is not None:
+            impulse = self.loads.unbooked(impulse)
+        return np.concatenate([maxima, totals]), solids.smoothed(impulse)
 
     # -------------------------------------------------------------------------------------- about it
 
@@ -336,6 +345,7 @@ class Fluid:
         if self.rheology:
             self.rheology.restore(state["rheology"])
         self.work.reserve(self.count)
+        self.sort.inside, self.solids.count = -1, 0  # the cells and places are those of another step
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
         self.lost, seen = int(state["lost"]), state["last_seen"]

@@ -7,18 +7,32 @@ from collections.abc import Iterator
 
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
+from fsi.scene.check_instruments import instrument_faults, points_of
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
 from fsi.scene.geometry import all_blocks, fluid_height, fluid_volume
-from fsi.scene.model import Box, Scene
+from fsi.scene.model import Scene
 from fsi.waves.kind import Fault
 
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (
+        _output,
+        _positions,
+        liquid_faults,
+        _periodic,
+        _field,
+        _resolution,
+        wave_faults,
+        _coupler,
+        _control,
+        _rest,
+        _moorings,
+        _files,
+    )
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -37,7 +51,7 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
         points[f"{key}.velocity"] = block.velocity or block.min
     if scene.fluid.acceleration:
         points["fluid.acceleration"] = scene.fluid.acceleration
-    points |= {f"probes.{name}.position": probe.position for name, probe in scene.probes.items()}
+    points |= points_of(scene)
     for n, row in enumerate(scene.fluid.acceleration_gradient or ()):
         points[f"fluid.acceleration_gradient[{n}]"] = row
     axes = "x, z" if scene.dimension == 2 else "x, y, z"
@@ -64,6 +78,12 @@ def _positions(scene: Scene) -> Iterator[Fault]:
     low, high = tank.min[-1], tank.max[-1]
     if not scene.fluid.blocks and not low < level <= high:
         yield "fluid.still_water_level", f"{level:g} m is not in the tank, z = {low:g} to {high:g} m", "move it inside"
+    if scene.closed and not (tank.bathymetry or "z+" in tank.walls or "z" in tank.periodic):
+        fault = (
+            f"{level:g} m is the tank's top, where there is no wall: water under no lid has a free surface, and no room"
+        )
+        fix = "raise tank.max for a free surface, or add 'z+' to tank.walls for a closed tank"
+        yield "fluid.still_water_level", fault, fix
     for n, zone in enumerate(scene.damping):
         axis = "xy".index(zone.axis)
         if zone.axis == "y" and scene.dimension == 2:
@@ -74,16 +94,7 @@ def _positions(scene: Scene) -> Iterator[Fault]:
             span = f"{zone.axis} = {tank.min[axis]:g} to {tank.max[axis]:g} m"
             fault = f"{zone.axis} = {zone.start:g} to {zone.end:g} m leaves the tank, {span}"
             yield f"damping[{n}]", fault, "shorten it"
-    for name, gauge in scene.gauges.items():
-        place = (gauge.x,) if scene.dimension == 2 else (gauge.x, gauge.y)
-        for axis, value, a, b in zip("xy", place, tank.min, tank.max, strict=False):
-            if not a <= value <= b:
-                fault = f"{value:g} m is outside the tank, {axis} = {a:g} to {b:g} m"
-                yield f"gauges.{name}.{axis}", fault, "move it inside"
-    for name, probe in scene.probes.items():
-        if not _inside(tank, probe.position):
-            fault = f"{list(probe.position)} is outside the tank {_span(tank)}"
-            yield f"probes.{name}.position", fault, "move it inside"
+    yield from instrument_faults(scene)
 
 
 def _periodic(scene: Scene) -> Iterator[Fault]:
@@ -131,6 +142,31 @@ def _coupler(scene: Scene) -> Iterator[Fault]:
     return scene.coupler.faults(scene)
 
 
+def _moorings(scene: Scene) -> Iterator[Fault]:
+    for name, body in scene.bodies.items():
+        if body.moorings and scene.coupler.scheme == "prescribed":
+            yield f"bodies.{name}.moorings", "have no effect on prescribed motion", "remove them"
+        for line, mooring in body.moorings.items():
+            if mooring.body is not None and isinstance(mooring.fairlead, str):
+                yield f"bodies.{name}.moorings.{line}.body", "has no effect: the site says whose it is", "remove it"
+
+
+def _rest(scene: Scene) -> Iterator[Fault]:
+    for name, body in scene.bodies.items():
+        if body.start == "drawn":
+            continue
+        if scene.fluid.blocks or scene.liquids or not scene.gravity:
+            fault = "the tank is not filled with one liquid to its still water level, in which bodies could rest"
+            yield f"bodies.{name}.start", fault, 'use start = "drawn"'
+        elif scene.coupler.scheme == "prescribed":
+            yield f"bodies.{name}.start", "the motion says where the bodies start", 'use start = "drawn"'
+
+
+def _control(scene: Scene) -> Iterator[Fault]:
+    if scene.control and not scene.bodies:
+        yield "control", "there are no bodies with actuators", "add [bodies.NAME] with mjcf, or remove it"
+
+
 def _files(scene: Scene) -> Iterator[Fault]:
     files = {f"bodies.{name}.mjcf": body.mjcf for name, body in scene.bodies.items()}
     if scene.tank.bathymetry:
@@ -138,11 +174,3 @@ def _files(scene: Scene) -> Iterator[Fault]:
     for key, path in files.items():
         if not path.is_file():
             yield key, f"no such file: {path}", "check the path; it is relative to the scene file"
-
-
-def _inside(tank: Box, point: tuple[float, ...]) -> bool:
-    return all(a - 1e-9 <= x <= b + 1e-9 for a, x, b in zip(tank.min, point, tank.max, strict=True))
-
-
-def _span(box: Box) -> str:
-    return f"{list(box.min)} to {list(box.max)} m"

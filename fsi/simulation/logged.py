@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+import warnings
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
@@ -31,6 +33,9 @@ def carry_out(
 
         def step(sim: Simulation) -> None:
             on_step(sim)
+            _tell_heard(sim)
+            if folder.fault:
+                raise RunError(f"{folder.path} can no longer be written: {folder.fault}")
             if interruption.number is not None and checkpoints:
                 checkpoints.take()
             interruption.check()
@@ -50,7 +55,7 @@ def logged(
     None where the scene wants none. Raises RunError where something could not be written."""
     every = sim.scene.output.checkpoint
     checkpoints = Checkpoints(sim, folder.path, every, say) if every else None
-    with _manifest(folder, sim, checkpoints), _heartbeat(folder):
+    with _manifest(folder, sim, checkpoints, say), _heartbeat(folder), _listening():
         try:
             with _closing(recorders, sim, say):
                 yield checkpoints
@@ -70,6 +75,30 @@ def _leave(sim: Simulation, folder: RunFolder, recorders: list[Recorder], name: 
     folder.write(status="interrupted", reason=f"stopped by {name} within a step", **facts)
 
 
+OWN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)  # for developers
+_heard: deque[str] = deque(maxlen=100)  # Python's warnings belong to the process, and so does this
+
+
+@contextmanager
+def _listening() -> Iterator[None]:
+    """Keep what libraries (numba, MuJoCo, NumPy) warn of, on whatever thread, for the log of the run."""
+    with warnings.catch_warnings():
+        shown = warnings.showwarning
+
+        def show(message, category, *place, **options) -> None:
+            shown(message, category, *place, **options)
+            if not issubclass(category, OWN):
+                _heard.append(f"{category.__name__}: {' '.join(str(message).split())}")
+
+        warnings.showwarning = show
+        yield
+
+
+def _tell_heard(sim: Simulation) -> None:
+    while _heard:
+        sim.report("warning", _heard.popleft())
+
+
 @contextmanager
 def _heartbeat(folder: RunFolder) -> Iterator[None]:
     """Renew the time in `run.json` every `BEAT` seconds."""
@@ -77,8 +106,7 @@ def _heartbeat(folder: RunFolder) -> Iterator[None]:
 
     def beat() -> None:
         while not over.wait(BEAT):
-            with suppress(OSError):
-                folder.beat()
+            folder.beat()
 
     thread = threading.Thread(target=beat, name="heartbeat", daemon=True)
     thread.start()
@@ -90,7 +118,9 @@ def _heartbeat(folder: RunFolder) -> Iterator[None]:
 
 
 @contextmanager
-def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None) -> Iterator[None]:
+def _manifest(
+    folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None, say: Callable[[str], None]
+) -> Iterator[None]:
     status, reason = "failed", ""
     try:
         yield
@@ -107,7 +137,10 @@ def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | Non
         try:
             folder.write(**facts)
         except OSError as fault:
-            raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
+            text = f"{folder.path}/run.json could not be written: {fault.strerror}"
+            if status != "failed":
+                raise RunError(text) from None
+            say(text)  # the run's own error is the one raised
 
 
 def outcome(sim: Simulation) -> dict:
@@ -141,6 +174,7 @@ def _closing(recorders: list[Recorder], sim: Simulation, say: Callable[[str], No
 
 def _close(recorders: list[Recorder], sim: Simulation, level: str, text: str) -> None:
     try:
+        _tell_heard(sim)
         sim.finish(level, text)
     finally:
         for recorder in recorders:

@@ -10,20 +10,22 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from fsi.compute.team import Team
+from fsi.compute import jit
+from fsi.compute.team import Team, available_threads
 from fsi.errors import RunError, SceneError
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
-from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
+from fsi.protocols import BodySet, Controller, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.binding import bind
 from fsi.scene.geometry import piston_motion, start, wave_depth
 from fsi.scene.model import Scene
 from fsi.simulation.alarms import Alarms
 from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
+from fsi.simulation.instruments import Instruments
 from fsi.simulation.motion import Motion, Movers
 from fsi.simulation.stability import Stability
 from fsi.sph.columns import corrector_sums
@@ -65,8 +67,8 @@ class Simulation(Remembers):
     """
 
     remembered = (
-        "time", "dt", "step_count", "fluid", "balance", "bodies", "coupler", "absorber", "_limits", "_speed",
-        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms",
+        "time", "dt", "step_count", "fluid", "balance", "instruments", "bodies", "coupler", "absorber", "_limits", "_speed",
+        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms", "control",
     )  # fmt: skip
 
     def __init__(
@@ -82,7 +84,7 @@ class Simulation(Remembers):
         bodies, coupler, ground = _built(scene, bodies, coupler, ground)
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
-        self.team = Team(threads)
+        self.team = _team(threads)
         self.fluid = Fluid(scene, layout, self.team)
         self.movers = self._movers()
         self.glue = None
@@ -91,8 +93,13 @@ class Simulation(Remembers):
 
             self.glue = Glue(self.fluid, bodies, layout.glued)
         self.balance = Balance(scene, self.fluid, bodies)
+        self.instruments = Instruments(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
-        self._notes = [*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)]
+        self._notes = [
+            *([jit.NOTE] if jit.NOTE else []),
+            *layout.notes,
+            *dry_gauges(scene, layout.position, layout.boundary),
+        ]
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
         self._notes += self._limits.notes
@@ -107,6 +114,25 @@ class Simulation(Remembers):
         self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
         self._recording = False
+        self.control = None
+        if scene.control:
+            from fsi.simulation.control import controller_of
+
+            if (controller := controller_of(scene, scene.name)) is not None:
+                self.steer(controller, scene.control.interval)
+
+    def steer(self, controller: Controller, interval: float | None = None) -> None:
+        """Have a controller called before every step, or every `interval` seconds. Raises SceneError where there is nothing to
+        control, or a controller already."""
+        from fsi.simulation.control import Control
+        from fsi.simulation.view import View
+
+        if self.control:
+            raise SceneError("the scene names a controller already", key="control", fix="use one of the two")
+        if not self.bodies or not self.bodies.actuator_names:
+            fault, fix = "the body files have no actuator", "add <actuator> to one, or leave the controller out"
+            raise SceneError(fault, key="control", fix=fix)
+        self.control = Control(controller, interval, View(self))
 
     def _movers(self) -> Movers:
         waves, absorber = self.scene.waves, None
@@ -135,11 +161,22 @@ class Simulation(Remembers):
         state is one of another scene."""
         if self.step_count:
             raise ValueError("only a simulation that has taken no step can take over a state")
+        self.rewind(state)
+
+    def rewind(self, state: dict) -> None:
+        """Go back to an earlier state of this simulation, from which it goes on as then, bit for bit."""
         told = state["told"]
         super().restore({name: value for name, value in state.items() if name != "told"})
         self.phases.update(told["phases"])
         self._began = clock.perf_counter() - told["wall_time"]
         self.events = [Event(Moment(t, int(n), wall), level, text) for t, n, wall, level, text in told["events"]]
+
+    def reseed(self, seed: int) -> None:
+        """At t = 0: give waves that have a seed this one."""
+        waves = self.scene.waves
+        if waves is not None and hasattr(waves, "seed"):
+            self.scene = self.scene.model_copy(update={"waves": waves.model_copy(update={"seed": int(seed)})})
+            self.movers = self._movers()
 
     # -------------------------------------------------------------------------------------- the loop
 
@@ -170,6 +207,8 @@ class Simulation(Remembers):
             self.balance.open()
         if self.step_count == 0 and self.bodies:
             self._speed = max(self._speed, self._stability.fastest_body())
+        if self.control:
+            until = min(until, self.control.act(self.time))
         dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
         logged = [name for name, due in self._due.items() if self.time + dt >= due + self._interval(name) * 0.999]
         with self._phase("neighbours"):
@@ -184,7 +223,9 @@ class Simulation(Remembers):
         with self._phase("corrector"):
             if "series" in logged and self.recorders:
                 self.balance.open_audit()
+                self.instruments.open()
             sums, impulse = self.fluid.correct()
+            self.instruments.step(dt)
             if self.glue:
                 self.glue.hold(sums, impulse)
         self.time += dt
@@ -290,7 +331,7 @@ class Simulation(Remembers):
             self._due[stream] = interval * math.floor(self.time / interval + 1e-3)
         frame = Frame(*self.now)
         if stream == "series":
-            frame.series = self.balance.series()
+            frame.series = self.balance.series(self.instruments.series(self.time, self.balance.dt))
         else:
             frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
             frame.pressure, frame.label, frame.fields = self.fluid.pressure_values, self.fluid.label, self.fluid.fields
@@ -338,6 +379,14 @@ class Simulation(Remembers):
     def audit(self) -> dict:
         """Balance of energy and momentum and what was lost, for `run.json`."""
         return self.balance.audit() | self.alarms.audit()
+
+
+def _team(threads: int | None) -> Team:
+    try:
+        return Team(threads)
+    except RuntimeError as fault:  # a limit of the system, or of a container
+        text = f"the system refuses {threads or available_threads()} threads: {fault}"
+        raise SceneError(text, key="--threads", fix="use fewer, or raise the limit of processes (ulimit -u)") from None
 
 
 def _built(scene: Scene, bodies: BodySet | None, coupler: Coupler | None, ground: Solid | None) -> tuple:

@@ -17,7 +17,21 @@ FORBIDDEN = {
     "couplers": {"bodies", "cases"},
     "cases": set(),
 }
-BASE = {"errors", "extras", "owners", "parts", "plugins", "progress", "protocols", "state", "tables"}
+BASE = {
+    "errors",
+    "extras",
+    "messages",
+    "owners",
+    "parts",
+    "plugins",
+    "progress",
+    "protocols",
+    "state",
+    "strict_json",
+    "tables",
+    "trust",
+    "user_code",
+}
 LAYERS = (  # of fsi, from below; those in one layer know nothing of each other, but for those of the base
     BASE,
     {"compute"},
@@ -26,8 +40,8 @@ LAYERS = (  # of fsi, from below; those in one layer know nothing of each other,
     {"particles", "record"},
     {"fluid"},
     {"simulation"},
-    {"estimate", "session"},
-    {"runner"},
+    {"estimate", "session", "periods"},
+    {"runner", "environment"},
     {"resuming"},
     {""},  # fsi itself, the public names
     {"command"},
