@@ -216,9 +216,10 @@ def sweep(study: Any, **options: Any) -> Any:
     return function("sweep")(study, **options)
 
 
-def report(directory: str | Path) -> Path:
-    """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
-    page: Path = function("report")(directory)
+def report(*directories: str | Path, **options: Any) -> Path:
+    """Write the page of the folder of a run or of a study, or one that compares several, and return its file; options are
+    those of `cases.pages.report`. Raises SceneError where a folder holds none."""
+    page: Path = function("report")(*directories, **options)
     return page
 
 

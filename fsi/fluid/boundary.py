@@ -12,6 +12,7 @@ from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
 from fsi.sph import columns, walls
@@ -35,7 +36,7 @@ class BoundaryParticles:
     ):  # fmt: skip
         self.team, self.dim, self.lanes, self.k, self._grid = team, scene.dimension, width(dtype), k, grid
         self._density, self._drag, dim = scene.fluid.density, drag, self.dim
-        self.sort = CellSort(grid, team)
+        self.sort = make_sort(grid, team)
         self.near = Neighbours(self.lanes, dim, scene.spacing, 2 * scene.smoothing_length, team)
         self.first = self.count = 0
         self.order = np.empty(0, np.int32)

@@ -12,6 +12,7 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.scene.model import Block, Scene
+from fsi.scene.region import shaped, volume
 from fsi.waves import Motion, piston
 from fsi.waves.incident import IncidentWaves
 from fsi.waves.kind import Water
@@ -97,8 +98,11 @@ def start(scene: Scene) -> str:
 
 
 def _free_side(scene: Scene) -> bool:
-    """Whether a side of a block, a spacing or more high, has neither a wall nor another block beside it."""
+    """Whether a side of a block, a spacing or more high, has neither a wall nor another block beside it; taken as so where a
+    block is no box."""
     tank, blocks, dr = scene.tank, list(all_blocks(scene).values()), scene.spacing
+    if any(shaped(block) for block in blocks):
+        return True
     lows, highs = (np.array([getattr(block, end) for block in blocks]) for end in ("min", "max"))
     for d, name in enumerate(tank.axes[:-1]):
         if name in tank.periodic:
@@ -120,7 +124,7 @@ def _free_side(scene: Scene) -> bool:
 def fluid_volume(scene: Scene) -> float:
     """Volume of the fluid at t = 0 [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
     if scene.fluid.blocks:
-        return sum(math.prod(np.subtract(block.max, block.min)) for block in all_blocks(scene).values())
+        return sum(volume(block) for block in all_blocks(scene).values())
     across = np.subtract(scene.tank.max, scene.tank.min)[:-1]
     return math.prod(across) * (scene.fluid.still_water_level - scene.tank.min[-1])
 
