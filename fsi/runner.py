@@ -161,6 +161,7 @@ def check(
             controller_of(scene, label)
     floats = bodies.hydrostatics() if bodies else {}  # before the bodies are moved
     from fsi.estimate import checkpoint_cost, estimate, measured
+    from fsi.scene.check_sea import sea_summary
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
@@ -179,7 +180,7 @@ def check(
     return {
         "scene": scene,
         "estimate": cost,
-        "waves": wave_summary(scene),
+        "waves": wave_summary(scene) + sea_summary(scene),
         "hydrostatics": floats,
         **({"natural_periods": natural} if periods else {}),
         "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),

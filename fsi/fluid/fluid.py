@@ -22,11 +22,12 @@ from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
-from fsi.particles.cells import CellSort, Grid, whole
+from fsi.particles.cells import Grid, whole
 from fsi.particles.ghosts import make_halo
 from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_fluid
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState, ParticleState
 from fsi.protocols import Halo
 from fsi.scene.model import Scene
@@ -47,7 +48,8 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain. `k`, `dt`: scalars of the scheme and time step [s], of this step.
+    `lost` counts the particles that have left the domain, `left` those that did by an open side of the tank. `k`, `dt`:
+    scalars of the scheme and time step [s], of this step.
     """
 
     def __init__(
@@ -56,7 +58,7 @@ class Fluid:
         self.scene, self.team, self.dim, self.depth = scene, team, scene.dimension, layout.depth
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = width(self.dtype)
-        self.k = sweep_constants(scene, layout.depth, self.dtype)
+        self.k = self._scalars(layout)
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
@@ -66,9 +68,15 @@ class Fluid:
         self.force = BodyForce(scene)
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         self.halo, self.reductions = halo or make_halo(scene), reductions
+        self.sea = None
+        if scene.sea:
+            from fsi.fluid.sea import Sea
+
+            self.sea = Sea(scene, self.placed, float(self.k.mass))
         support = 2 * scene.smoothing_length
-        self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self.sort = CellSort(self.grid, team)
+        count = len(layout.position) + len(layout.owner)
+        self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support, count)
+        self.sort = make_sort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.loads = None
@@ -77,12 +85,17 @@ class Fluid:
 
             self.loads = FixedLoads(scene, layout.loads, self.owners)
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
+        self.left = np.zeros(len(scene.tank.open), int)  # particles that left by each open side, which are not lost
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
-        self._compose()
+        self._compose(layout)
         self._rows, self._kept, self._last = 0, slice(None), None
         self._weighed = False  # whether `field` holds pressures times how often they count
 
-    def _compose(self) -> None:
+    def _scalars(self, layout: Layout):
+        """The scalars of the scheme, for `k`."""
+        return sweep_constants(self.scene, layout.depth, self.dtype)
+
+    def _compose(self, layout: Layout) -> None:
         """Make the parts that depend on what the scene has, and compile what it needs."""
         L, D, scene = self.lanes, self.dim, self.scene
         laminar, implicit = viscid(scene), TimeStep(scene, self.depth).implicit
@@ -140,12 +153,19 @@ class Fluid:
         self.solids.arrange(self.placed, scratch)
 
     def _lose(self, which: np.ndarray) -> None:
-        """Note the particles (m,) that are outside the domain and are dropped."""
+        """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
         position, velocity = self.position[which], self.velocity[which]
-        self.lost += int(self.reductions.combined(len(which)))
-        if len(which):
-            self.last_seen = position[0].copy()
+        lost = np.ones(len(which), bool)
+        for n, side in enumerate(self.scene.tank.open):
+            axis = self.scene.tank.axes.index(side[0])
+            x, low, high = position[:, axis], self.grid.domain_min[axis], self.grid.domain_max[axis]
+            by = lost & (x < low if side[1] == "-" else x > high)
+            self.left[n] += int(self.reductions.combined(int(by.sum())))
+            lost &= ~by
+        self.lost += int(self.reductions.combined(int(lost.sum())))
+        if lost.any():
+            self.last_seen = position[lost.argmax()].copy()
         self.gone += self.reductions.combined(
             np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
         )
@@ -175,6 +195,8 @@ class Fluid:
         """Trial velocities and the coefficients of the pressure equation."""
         work, near, rheology = self.work, self.near, self.rheology
         self.force.kick(self.velocity, self.position, self.dt)
+        if self.sea:
+            self.sea.draw(self.particles, self.dt, self.team, self.reductions)
         self.solids.weigh(work.flow)
         if rheology:
             kind = np.zeros(self.count, np.int8) if self.liquid is None else self.liquid[self.label]
@@ -327,6 +349,7 @@ class Fluid:
             "acceleration": self._acceleration.copy(),
             "suction": float(self.k.suction),
             "lost": int(self.lost),
+            "left": self.left.copy(),
             "last_seen": None if self.last_seen is None else self.last_seen.copy(),
             "gone": self.gone.copy(),
             "residual": float(self.residual()),
@@ -348,7 +371,7 @@ class Fluid:
         self.sort.inside, self.solids.count = -1, 0  # the cells and places are those of another step
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
-        self.lost, seen = int(state["lost"]), state["last_seen"]
+        self.lost, seen, self.left = int(state["lost"]), state["last_seen"], np.array(state["left"])
         self.last_seen, self.gone = None if seen is None else np.array(seen), np.array(state["gone"])
         fields = {name: np.array(values) for name, values in state["fields"].items()}
         self._last = {"residual": float(state["residual"]), "fields": fields}

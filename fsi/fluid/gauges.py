@@ -145,7 +145,7 @@ class Surface:
             wet = _all(fluid.position) if repeats else _around(fluid.sort, len(fluid.position), place)
             return wet, _around(solids.sort, len(solid), place)
 
-        h = scene.smoothing_length
+        h = scene.reading_length
         return elevation(fluid.position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
 
 
@@ -171,7 +171,7 @@ def dry_gauges(scene, position, boundary) -> list[str]:
     dry = [
         name
         for name, foot in feet.items()
-        if math.isnan(elevation(position, foot, scene.spacing, scene.smoothing_length, boundary))
+        if math.isnan(elevation(position, foot, scene.spacing, scene.reading_length, boundary))
     ]
     if not dry:
         return []
@@ -181,13 +181,15 @@ def dry_gauges(scene, position, boundary) -> list[str]:
 def _around(sort, count: int, place: np.ndarray) -> np.ndarray:
     """Spans (m, 2) of the sorted particles in the cells around a vertical; of all where they are not sorted."""
     grid = sort.grid
-    if sort.start.size == 0 or sort.inside != count:
+    if len(sort.start) == 0 or sort.inside != count:
         return np.array([[0, count]])
     axes = len(place)
     side, shape = np.resize(grid.cell, 2)[:axes], np.array(grid.shape[:axes])
     reach = (grid.domain_min - grid.lower)[:axes] + side  # the pad is the kernel's support or more
     first = np.clip(((place - reach - grid.lower[:axes]) / side).astype(int), 0, shape - 1)
     last = np.clip(((place + reach - grid.lower[:axes]) / side).astype(int), 0, shape - 1)
+    if grid.compact:
+        return sort.around(first, last)
     if axes == 1:
         pencils = np.arange(grid.shape[1]) * shape[0]
     else:

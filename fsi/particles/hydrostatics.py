@@ -60,6 +60,22 @@ def pressure(cells: Cells, gravity: float) -> tuple[np.ndarray, np.ndarray]:
     return found, pocket
 
 
+def nearest(cells: np.ndarray, points: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """The cell, of those at `cells` (m, dim), m > 0, that each of the points (n, dim) is in; one nearby where there is none."""
+    key, wanted = (np.floor((values - origin) / spacing + 1e-9).astype(np.int64) for values in (cells, points))
+    low, high = np.minimum(key.min(0), wanted.min(0)) - 1, np.maximum(key.max(0), wanted.max(0)) + 2
+    stride = np.cumprod([1, *(high - low)])[:-1]
+    order = np.argsort(numbers := (key - low) @ stride, kind="stable")
+    numbers, goal, found = numbers[order], (wanted - low) @ stride, np.full(len(points), -1)
+    steps = np.array(list(np.ndindex(*(3,) * len(stride)))) - 1
+    for step in steps[np.argsort((steps**2).sum(1), kind="stable")]:
+        at = np.minimum(np.searchsorted(numbers, goal + step @ stride), len(numbers) - 1)
+        found = np.where((found < 0) & (numbers[at] == goal + step @ stride), order[at], found)
+    for n in np.flatnonzero(found < 0):
+        found[n] = np.argmin(((cells - points[n]) ** 2).sum(1))
+    return found
+
+
 def _neighbours(cells: Cells) -> list[np.ndarray]:
     """Number (n,) of the next cell along each axis, -1 where there is none or a solid stands between."""
     index = np.round((cells.position - cells.origin) / cells.spacing - 0.5).astype(np.int64)

@@ -13,6 +13,7 @@ import numpy as np
 from fsi.compute import jit
 from fsi.compute.team import Team, available_threads
 from fsi.errors import RunError, SceneError
+from fsi.fluid.choice import make_fluid
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
@@ -85,7 +86,7 @@ class Simulation(Remembers):
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
         self.team = _team(threads)
-        self.fluid = Fluid(scene, layout, self.team)
+        self.fluid = make_fluid(scene, layout, self.team)
         self.movers = self._movers()
         self.glue = None
         if layout.glued is not None:
@@ -221,6 +222,8 @@ class Simulation(Remembers):
         with self._phase("pressure"):
             wrench = self._exchange(motion, dt)
         with self._phase("corrector"):
+            if self.fluid.sea:
+                self.fluid.sea.work(self.fluid)
             if "series" in logged and self.recorders:
                 self.balance.open_audit()
                 self.instruments.open()

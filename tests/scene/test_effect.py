@@ -17,6 +17,7 @@ from fsi.waves import known_kinds, load_kind
 OFF = {"output.mcap": "false", "output.timeline": "false"}
 WEIGHTLESS = {"gravity": "0"}
 WAVES = {"waves.wave_height": "0.1", "waves.period": "1.5"}
+SEA = {"sea.waves.wave_height": "0.1", "sea.waves.period": "1.3", "numerics.artificial_viscosity": "0"}
 BLOCK = {"fluid.blocks": "[{min = [0, -0.5], max = [1, 0]}]"}
 OPEN = {"tank.walls": "[]"}
 FIXED = {"numerics.fixed_time_step": "0.001"}
@@ -53,6 +54,7 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "fluid.start": ("fluid.start", "zero", WEIGHTLESS, "no gravity"),
     "waves.start": ("waves.start", "9.0", {"waves.kind": "solitary", "waves.wave_height": "0.1"}, "ends at 2 s"),
     "waves.file": ("waves.file", "late.csv", {"waves.kind": "table"}, "first row is at 5 s"),
+    "sea.waves.ramp": ("sea.waves.ramp", "2.0", SEA, "under waves"),
     "gauges.*": ("gauges.a", "{x = 1.0}", OFF, "both off"),
     "gauges.*.y": ("gauges.a", "{x = 1.0, y = 0.5}", {}, "no y axis"),
     "probes.*": ("probes.a", "{position = [1.0, -0.1]}", {"output.series": "0"}, "output.series is 0"),
@@ -78,6 +80,15 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
         "draft",
         {"numerics.smoothing_ratio": "1.8", "numerics.mach": "0.25"},
         "all",
+    ),
+    "numerics.density_tolerance": ("numerics.density_tolerance", "1e-4", {}, "iisph"),
+    "numerics.lambda_max": ("numerics.lambda_max", "0.2", {}, "iisph"),
+    "numerics.wall_friction": ("numerics.wall_friction", "0.1", {}, "iisph"),
+    "numerics.density_relaxation": (
+        "numerics.density_relaxation",
+        "0.1",
+        {"numerics.solver": "iisph"},
+        "density itself",
     ),
     "numerics.sweeps": ("numerics.sweeps", "8", FIXED | {"numerics.solver": "converged"}, "fixed_time_step"),
     "numerics.pressure_tolerance": ("numerics.pressure_tolerance", "1e-4", {}, "converged"),
@@ -108,12 +119,15 @@ def coupler_of(name):
 ALWAYS = {  # pattern -> why a value always has an effect, or which check refuses or tells one that has none
     "name description": "names the run folder; is listed by `fsi cases`",
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
+    "tank.open": "refused for a side with a wall or without an axis",
     "tank.periodic": "refused for an axis that the scene does not have",
     "tank.grid.origin tank.grid.direction tank.grid.level tank.grid.depths tank.grid.missing": "with a grid, see `tank.grid`",
     "tank.bathymetry": "refused where no part of it lies in the tank, by `idle_solids`",
     "fluid.density liquids.*.density": "pressures and forces are proportional to it",
     "fluid.blocks.*.min fluid.blocks.*.max fluid.blocks.*.velocity": "the fluid at the start",
+    "fluid.blocks.*.polygon fluid.blocks.*.mesh fluid.blocks.*.angle": "the fluid at the start",
     "liquids.*.blocks.*.min liquids.*.blocks.*.max liquids.*.blocks.*.velocity": "the fluid at the start",
+    "liquids.*.blocks.*.polygon liquids.*.blocks.*.mesh liquids.*.blocks.*.angle": "the fluid at the start",
     "fluid.rheology.law fluid.rheology.mu_inf fluid.rheology.mu_0 fluid.rheology.yield_stress": "with the rheology",
     "fluid.rheology.cross_time fluid.rheology.consistency fluid.rheology.exponent": "with the rheology",
     "fluid.rheology.regularisation fluid.rheology.friction fluid.rheology.friction_fast": "with the rheology",
@@ -128,6 +142,9 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
     "waves.distance waves.delay waves.lowest waves.format waves.time waves.site waves.scale waves.terms": "the piston's path",
+    "waves.crest waves.place": "the piston's path",
+    "sea.heading sea.zone sea.rate sea.start": "walls and zones",
+    "sea.waves.*": "those of `waves`, for the incident waves; kinds that a piston alone makes are refused, and `absorb`",
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
     "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",
@@ -150,7 +167,8 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "bodies.*.pto.force bodies.*.pto.file bodies.*.pto.function": "the force; refused for prescribed motion",
     "coupler.motion.*.amplitude coupler.motion.*.omega coupler.motion.*.ramp": "refused without bodies, or another scheme",
     "numerics.smoothing_ratio numerics.solver numerics.precision numerics.viscosity": "in every sweep",
-    "numerics.density_relaxation numerics.fixed_time_step": "in every step",
+    "numerics.kernel tank.boundary": "in every sweep; refused where a solver does not know it",
+    "numerics.fixed_time_step": "in every step",
     "output.mcap output.timeline": "a stream more or less",
     "control.function control.interval control.settings": "refused without bodies, actuators, or a class that takes them",
     "output.checkpoint": "checkpoints more or less often",
@@ -168,6 +186,9 @@ def patterns(part: type[BaseModel], prefix: str = ""):
                 yield from patterns(kind, f"{name}.")
             continue
         here = f"{prefix}{name}"
+        if here == "sea.waves":
+            yield "sea.waves.*"
+            continue
         inner = list(_parts(field.annotation, ""))
         if not inner:
             yield here
@@ -195,6 +216,7 @@ def test_every_key_of_a_scene_stands_in_one_of_the_tables():
         "tank.grid",
         "fluid.rheology",
         "liquids.*.rheology",
+        "sea.waves.ramp",
         "gauges.*",
         "probes.*",
         "velocimeters.*",
