@@ -38,8 +38,8 @@ def report(
 
 
 def _compared(folders: list[Path], out: Path) -> Path:
-    """Write the page of folders that are all of runs or all of studies. Raises SceneError where they are mixed, too many, or `out`
-    is a file that is no page of ours."""
+    """Write the page of folders that are all of runs or all of studies. Raises SceneError where they are mixed, too many, or
+    `out` is a file that is no page of ours."""
     from cases.report.charts import COLOURS
     from cases.report.compare import of_runs, short_names
     from cases.report.page import MADE_BY
