@@ -71,6 +71,10 @@ RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of
 Settings = Annotated[list[str] | None, typer.Option("--set", metavar="A.B=VALUE", help="Replace a value of the scene.")]
 Until = Annotated[float | None, typer.Option(metavar="T", help="Simulated time [s] in place of the scene's duration.")]
 Level = Annotated[str | None, typer.Option(metavar="NAME", help="A table [levels.NAME] of the scene, such as paper.")]
+Arrangement = Annotated[
+    str | None,
+    typer.Option(metavar="4x1x1", help="Processes along x, y and z, as mpiexec starts them; chosen if not given."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
@@ -120,10 +124,11 @@ def run(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     live: Annotated[bool, typer.Option("--live", help="Show the timeline in the browser as the run goes on.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+    ranks: Arrangement = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run a scene."""
-    with exit_codes():
+    """Run a scene; `mpiexec -n 4 fsi run SCENE` shares it among four processes."""
+    with exit_codes(), runner.joined(ranks) as member:
         result = runner.run(
             scene,
             out=out,
@@ -133,6 +138,7 @@ def run(
             level=level,
             live=live,
             quiet=quiet,
+            ranks=member,
         )
         if as_json:
             print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
@@ -202,12 +208,13 @@ def resume(
     until: Until = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+    ranks: Arrangement = None,
 ) -> None:
-    """Go on with a run that was interrupted or killed, from its last checkpoint."""
+    """Go on with a run that was interrupted or killed, from its last checkpoint; on any number of processes."""
     from fsi.resuming import resume as go_on
 
-    with exit_codes():
-        result = go_on(directory, until=until, threads=threads, quiet=quiet)
+    with exit_codes(), runner.joined(ranks) as member:
+        result = go_on(directory, until=until, threads=threads, quiet=quiet, ranks=member)
         print(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
         if result.exit_code:
             raise typer.Exit(result.exit_code)

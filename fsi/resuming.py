@@ -8,13 +8,13 @@ from pathlib import Path
 
 from fsi.errors import SceneError
 from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
-from fsi.runner import Run, finish
+from fsi.runner import Run, finish, opened
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
 
 
 def resume(
-    directory: str | Path, *, until: float | None = None, threads: int | None = None, quiet: bool = False
+    directory: str | Path, *, until: float | None = None, threads: int | None = None, quiet: bool = False, ranks=None
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
@@ -25,7 +25,7 @@ def resume(
     """
     path = Path(directory)
     say = (lambda line: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
-    folder = RunFolder(path)
+    folder = ranks.folder(RunFolder, path) if ranks else RunFolder(path)
     folder.manifest = manifest = read_manifest(path)
     status = liveness(manifest)
     if status == "running":
@@ -41,18 +41,21 @@ def resume(
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    recorders = open_recorders(scene, path, None, facts["log"])
-    sim = Simulation(scene, recorders=recorders, threads=threads)
+    recorders = opened(ranks, open_recorders, scene, path, None, facts["log"])
+    threads = ranks.threads(threads) if ranks else threads
+    sim = Simulation(scene, recorders=recorders, threads=threads, ranks=ranks)
     try:
         sim.restore(state)
     except (ValueError, KeyError) as fault:
         raise SceneError(f"the checkpoint does not fit: {fault}", file=path, fix="run the scene again") from fault
     del state
+    if ranks:
+        ranks.ranks.barrier()  # all have read what is renewed now
     again = [*manifest.get("resumed", []), {"time": facts["time"], "step": facts["step"], "was": status}]
     folder.write(status="running", reason="", resumed=again, threads=sim.threads, **process())
     say(f"going on in {path} from t = {facts['time']:.4g} s, step {facts['step']}")
     result = finish(sim, folder, recorders, scene.duration if until is None else until, say, quiet=quiet)
-    if result.status == "done" and scene.output.timeline:
+    if result.status == "done" and scene.output.timeline and (ranks is None or ranks.root):
         from fsi.record.timeline_reader import mend
 
         mend(path / "run.rrd")

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,9 @@ from fsi.scene.model import Scene
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+
+STARTED = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")  # how many processes were started together
 
 
 @dataclass(frozen=True)
@@ -54,11 +58,13 @@ def run(
     level: str | None = None,
     live: bool = False,
     quiet: bool = False,
+    ranks=None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
-    `live` shows the timeline in the browser as the run goes on, on this machine only.
+    `live` shows the timeline in the browser as the run goes on, on this machine only. `ranks`: this process as one of several
+    that the run is shared among (`joined`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
@@ -69,18 +75,41 @@ def run(
     warnings = _warnings(scene, bodies, ground, label)
     for line in (*warnings, *(bodies.notes if bodies else ())):
         say(line)
-    folder = RunFolder.choose(scene, out)
+    folder = ranks.folder(RunFolder.choose, scene, out) if ranks else RunFolder.choose(scene, out)
     from fsi.estimate import check_room
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    viewer = _viewer() if live else None
-    recorders = open_recorders(scene, folder.path, viewer and viewer.sink)
-    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+    viewer = _viewer() if live and not (ranks and not ranks.root) else None
+    recorders = opened(ranks, open_recorders, scene, folder.path, viewer and viewer.sink)
+    threads = ranks.threads(threads) if ranks else threads
+    sim = Simulation(
+        scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads, ranks=ranks
+    )
     check_room(scene, bodies, sim.counts["fluid"], folder.path)
     folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
     say(f"writing to {folder.path}")
     return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+
+
+@contextmanager
+def joined(shape: str | None = None) -> Iterator[Any]:
+    """This process as one of several that a run is shared among, arranged as `shape`, such as 4x1x1 (chosen if not given), for
+    `run` and `resume`; None where `mpiexec` has not started several, or asks for none."""
+    started = next((int(os.environ[name]) for name in STARTED if os.environ.get(name, "").isdigit()), None)
+    if shape is None and (started or 1) == 1:
+        yield None
+        return
+    from fsi.ranks.start import join
+
+    ranks = join(shape, started)
+    with ranks.watch.over():
+        yield ranks
+
+
+def opened(ranks, open_recorders, *arguments) -> list:
+    """The recorders of a run, of which the first of several processes alone writes."""
+    return ranks.recorders(lambda: open_recorders(*arguments)) if ranks else open_recorders(*arguments)
 
 
 def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False) -> Run:

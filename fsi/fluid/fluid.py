@@ -14,7 +14,7 @@ from fsi.compute.reduce import SERIAL, Reductions
 from fsi.compute.team import Team
 from fsi.fluid.body_force import BodyForce
 from fsi.fluid.boundary import BoundaryParticles
-from fsi.fluid.constants import sweep_constants
+from fsi.fluid.constants import impulse_units, sweep_constants
 from fsi.fluid.parts import Parts
 from fsi.fluid.pressure import make_solver, two_fields
 from fsi.fluid.response import LinearResponse, box_around
@@ -47,8 +47,10 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain. `k`, `dt`: scalars of the scheme and time step [s], of this step.
+    `lost` counts the particles that have left the domain, of all processes. `k`, `dt`: scalars of the scheme and time step [s], of this step.
     """
+
+    SEEN = ParticleState.NAMES  # what `seen` gives besides the fields
 
     def __init__(
         self, scene: Scene, layout: Layout, team: Team, halo: Halo | None = None, reductions: Reductions = SERIAL
@@ -60,6 +62,7 @@ class Fluid:
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
+        self.labels = len(layout.position)  # of the particles at the start
         self.liquid = layout.liquid  # of each label; None where there is only one
         density = np.array([liquid.density for liquid in scene.all_liquids])
         self._relative = (density / density[0])[self.liquid] if np.ptp(density) > 0 else None
@@ -89,21 +92,24 @@ class Fluid:
             drag = self.rheology.drag if special else walls.make_drag(L, D)
         b = len(self.owner)
         self.solids = BoundaryParticles(
-            scene, self.grid, b, self.k, self.dtype, self.team, drag=drag, no_slip=laminar and no_slip, dense=dense
-        )
+            scene, self.grid, b, self.k, self.dtype, self.team, self.reductions, drag=drag, no_slip=laminar and no_slip,
+            dense=dense,
+        )  # fmt: skip
         self._stiff = implicit and laminar and no_slip and self.owners > FIRST_BODY
         self.work = Workspace(
             scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=laminar or artificial, varies=special, dense=dense, two_fields=two_fields(scene),
         )  # fmt: skip
-        self.work.reserve(self.count)
+        self.work.reserve(self.halo.expected(self.count))
         shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions
         self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
         surface = not scene.closed
         self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         guarded = scene.numerics.wall_guard > 0 and b > 0
-        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface)
+        exactly = self.reductions.ordered and guarded
+        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface, exactly)
+        self._units = impulse_units(scene, self.depth, float(self.k.mass))
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -128,22 +134,19 @@ class Fluid:
         scratch = self.work.arena.begin("orders")
         order = self.sort.update(self.position, scratch)
         self._rows = n = self.sort.inside
-        ghosts = self.halo.locate(order, n)
+        ghosts = self.halo.locate(order, self.sort)
         if self.reductions.combined(own - (n - ghosts)):
             self._lose(order[n:][order[n:] < own])
         self.particles.reorder(order, n)
-        self.solids.arrange(self.placed, scratch)
+        self.solids.arrange(self.placed, scratch, self.halo.nearby(self.placed))
 
     def _lose(self, which: np.ndarray) -> None:
         """Note the particles (m,) that are outside the domain and are dropped."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
-        position, velocity = self.position[which], self.velocity[which]
-        self.lost += int(self.reductions.combined(len(which)))
-        if len(which):
-            self.last_seen = position[0].copy()
-        self.gone += self.reductions.combined(
-            np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
-        )
+        r, position, velocity = self.reductions.gathered(which, r, self.position[which], self.velocity[which])
+        self.lost += len(position)
+        self.last_seen = position[0].copy()
+        self.gone += np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
 
     def _pack(self) -> np.ndarray:
         """Fill the packed rows; the positions for the search."""
@@ -227,8 +230,7 @@ class Fluid:
         response = LinearResponse(*self.work.responses(m), lift, self._box_of(units), support)
         wrench = self.pressure(acceleration, response)
         pressed = self.solids.press(self.work.field, response.rows, column=0, columns=m)
-        changes = self.reductions.combined(pressed)
-        return wrench, response.rows[:n].T, changes + self._grasp(units) if self._stiff else changes
+        return wrench, response.rows[:n].T, pressed + self._grasp(units) if self._stiff else pressed
 
     def _box_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The box around the boundary particles that move with `units` (m, owners, 6), relative to the grid; a little
@@ -241,7 +243,7 @@ class Fluid:
     def _grasp(self, accelerations: np.ndarray) -> np.ndarray:
         """Change (m, owners, 6) of the viscous wrench by accelerations (m, owners, 6), see `BoundaryParticles.grasp`."""
         grip = self.rheology.grip(self.solids.near, self.work.flow, self.count, self.solids.count, self.k)
-        return self.reductions.combined(self.solids.grasp(grip, self.dt, accelerations))
+        return self.solids.grasp(grip, self.dt, accelerations)
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""
@@ -253,16 +255,29 @@ class Fluid:
         near, work, solids, state = self.near, self.work, self.solids, self.particles
         chunks = len(near.bounds) - 1
         place = columns.corrector_sums(self.dim)
-        sums, impulse = np.zeros((chunks, place.width("loss"))), np.zeros((chunks, self.owners, 6))
+        ordered = self.reductions.ordered
+        sums = np.zeros((chunks, place.width("loss")))
+        impulse = np.zeros((chunks, self.owners, 6), np.int64 if ordered else float)
         self.team.run(
             self._corrector, near.bounds, near.groups, work.trial, work.field, work.coefficients, state.label,
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
-            solids.position, solids.velocity, solids.owner, solids.centre, impulse, sums,
+            solids.position, solids.velocity, solids.owner, solids.centre, 1 / self._units, impulse, sums,
         )  # fmt: skip
         self._kept = self.halo.drop(state)
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
-        return np.concatenate([maxima, totals]), solids.smoothed(self.reductions.total(impulse))
+        taken = self.reductions.total(impulse) * (self._units if ordered else 1.0)
+        return np.concatenate([maxima, totals]), solids.smoothed(taken)
+
+    def sums(self) -> np.ndarray:
+        """After `correct`: kinetic energy, r height, volume / dr^dim and momentum (dim,) of all fluid as in its sums, in an
+        order that does not depend on where particles are held (`Reductions.ordered`)."""
+        state, mass = self.particles, float(self.k.mass)
+        r = np.ones(self.count) if self._relative is None else self.relative
+        deficit = self.work.coefficients[: self._rows][self._kept, columns.DEFICIT].astype(float)
+        kinetic = 0.5 * mass * r * (state.velocity**2).sum(1)
+        values = [kinetic, r * state.position[:, -1], 1.0 / (1.0 - deficit), *(mass * r * state.velocity.T)]
+        return self.reductions.by_label(self.label, np.stack(values, axis=1), self.labels)
 
     # -------------------------------------------------------------------------------------- about it
 
@@ -281,7 +296,7 @@ class Fluid:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
         least, field = 0 if walls else 1, self.work.field
         wrench = self.solids.press(field, field, column=columns.field(self.dim).p, columns=1, least=least)[0]
-        return self.reductions.combined(wrench + self.solids.drag(self.work.flow, least) if viscous else wrench)
+        return wrench + self.solids.drag(self.work.flow, least) if viscous else wrench
 
     def driven(self) -> np.ndarray:
         """Sum over the particles of r times their acceleration by gravity and other body forces (dim,) [m/s2]."""
@@ -300,6 +315,14 @@ class Fluid:
         fields = {} if self.liquid is None else {"liquid": self.liquid[self.label]}
         return fields | (self._last["fields"] if self._last else self._viscosities())
 
+    def _whole(self, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Those of all particles of all processes (`Reductions.whole`)."""
+        return dict(zip(arrays, self.reductions.whole(*arrays.values()), strict=True))
+
+    def seen(self) -> dict[str, np.ndarray]:
+        """Position, velocity, pressure, label and the fields of all particles of all processes, for recorders."""
+        return self._whole({name: getattr(self.particles, name) for name in self.SEEN} | self.fields)
+
     def _viscosities(self) -> dict[str, np.ndarray]:
         found = self.rheology.fields(self.work.flow, self._rows).items() if self.rheology else ()
         return {name: f[self._kept] if len(f) else np.zeros(self.count) for name, f in found}
@@ -311,7 +334,7 @@ class Fluid:
         `correct` or before the first `begin`."""
         viscosities = self._last["fields"] if self._last else self._viscosities()
         return {
-            "particles": self.particles.state(),
+            "particles": self._whole(self.particles.state()),
             "boundary": self.placed.state(),
             "solver": self.solver.state(),
             "rheology": self.rheology.state() if self.rheology else None,
@@ -321,7 +344,7 @@ class Fluid:
             "last_seen": None if self.last_seen is None else self.last_seen.copy(),
             "gone": self.gone.copy(),
             "residual": float(self.residual()),
-            "fields": {name: values.copy() for name, values in viscosities.items()},
+            "fields": self._whole({name: values.copy() for name, values in viscosities.items()}),
         }
 
     def restore(self, state: dict) -> None:
@@ -395,6 +418,12 @@ class Fluid:
     @property
     def owner(self) -> np.ndarray:
         return self.placed.owner
+
+    def boundary_around(self, point: np.ndarray, reach: float) -> np.ndarray:
+        """Boundary particles (b, dim) within reach [m] of the vertical through a point (dim - 1,), in the order of cells, of
+        all processes."""
+        near = ((self.boundary[:, :-1] - point) ** 2).sum(1) < reach**2
+        return self.boundary[near][self.grid.order(self.boundary[near])]
 
     def of_owner(self, owner: int) -> slice:
         """Boundary particles of an owner."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsi.particles.cells import CellSort
 from fsi.protocols import Halo, Particles
 from fsi.scene.model import Scene
 
@@ -21,16 +22,22 @@ class NoHalo:
 
     room = 1.0
 
+    def expected(self, count: int) -> int:
+        return count
+
     def exchange(self, particles: Particles) -> int:
         return particles.count
 
-    def locate(self, order: np.ndarray, inside: int) -> int:
+    def locate(self, order: np.ndarray, sort: CellSort) -> int:
         return 0
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         pass
 
     def holds(self, position: np.ndarray) -> None:
+        return None
+
+    def nearby(self, placed) -> None:
         return None
 
     def drop(self, particles: Particles) -> slice:
@@ -71,6 +78,10 @@ class Periodic:
         n = len(position)
         return source[n:], everything[n:]
 
+    def expected(self, count: int) -> int:
+        """See `Halo`."""
+        return count
+
     def exchange(self, particles: Particles) -> int:
         """See `Halo`."""
         self.drop(particles)
@@ -80,9 +91,9 @@ class Periodic:
         particles.append_ghosts(images, particles.velocity[self._number], particles.pressure[self._number])
         return own
 
-    def locate(self, order: np.ndarray, inside: int) -> int:
+    def locate(self, order: np.ndarray, sort: CellSort) -> int:
         """See `Halo`."""
-        row, own = np.empty(len(order), np.int64), len(order) - len(self._number)
+        inside, row, own = sort.inside, np.empty(len(order), np.int64), len(order) - len(self._number)
         row[order] = np.arange(len(order))
         kept = row[own:] < inside
         self._ghosts, self._sources = row[own:][kept], row[self._number][kept]
@@ -94,6 +105,10 @@ class Periodic:
             rows[self._ghosts, columns] = rows[self._sources, columns]
 
     def holds(self, position: np.ndarray) -> None:
+        """See `Halo`."""
+        return None
+
+    def nearby(self, placed) -> None:
         """See `Halo`."""
         return None
 

@@ -19,18 +19,18 @@ PACE = 6.0  # shift along the surface: at most so much of the inner one for each
 
 
 @cache
-def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool):
+def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool):
     """`advance(i, sums, chunk, ...)`: what `fsi.sph.corrector` does with the sums of particle i, in this order."""
     DIM, edged = dim, shifted and surface
     P, R = columns.field(dim).of("p r")
     U, FILLED = columns.trial(dim).of("u filled")
-    guard_velocity, guard_shift = _make_guards(dim)
+    guard_velocity, guard_shift = _make_guards(dim, counted)
     damp, shift_inside, shift_along = _make_sponge(dim), *_make_shift(dim)
     book = _make_book(dim)
 
     def advance(
         i, sums, chunk, walls_from, walls_to, neighbours, trial, field, coefficients, label, position, velocity, pressure,
-        body_force, k, dt, zones, first, boundary, boundary_velocity, owner, centre, impulse, totals,
+        body_force, k, dt, zones, first, boundary, boundary_velocity, owner, centre, per_unit, impulse, totals,
     ):  # fmt: skip
         if label[i] < 0:  # a ghost, dropped after this
             return
@@ -46,7 +46,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
         near_walls = guarded and nearest < k.guard2
         walls = walls_from, walls_to, neighbours, first, boundary, boundary_velocity
         if near_walls:
-            guard_velocity(x, u, walls, (owner, centre, mass / dt, impulse[chunk]), k, dt, totals[chunk])
+            guard_velocity(x, u, walls, (owner, centre, mass / dt, per_unit, impulse[chunk]), k, dt, totals[chunk])
         if sponge:
             damp(x, u, mass, zones, dt, totals[chunk])
         for d in range(DIM):
@@ -58,7 +58,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
             near = (1.0 - inside) * min(1.0, PACE * 2.0 * k.inverse_support * dt * math.sqrt(speed2))
             shift_along(shift, near * k.shifting, sparse, outward)
         if shifted and near_walls:
-            guard_shift(x, u, shift, walls, (owner, centre, 0.0, impulse[chunk]), k, dt)
+            guard_shift(x, u, shift, walls, (owner, centre, 0.0, per_unit, impulse[chunk]), k, dt)
         for d in range(DIM):
             x[d] += dt * u[d]
             if shifted:
@@ -69,11 +69,11 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
     return advance
 
 
-def _make_guards(dim: int):
+def _make_guards(dim: int, counted: bool):
     """The wall guard on the way of the velocity, with its impulse, and on that with the shift, which has none."""
     DIM = dim
     (GUARDED,) = columns.corrector_sums(dim).of("guarded")
-    bend = make_guard(dim)
+    bend = make_guard(dim, counted)
 
     @helper(dim, inline=True)
     def guard_velocity(x, u, walls, account, k, dt, totals):

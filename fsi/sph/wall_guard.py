@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from functools import cache
 
+import numpy as np
+
 from fsi.compute.jit import helper
 from fsi.compute.lane_sums import small
 
@@ -29,13 +31,13 @@ def level(guard: float) -> float:
 
 
 @cache
-def make_guard(dim: int):
+def make_guard(dim: int, counted: bool = False):
     """`bend(x, way, walls, account, k, dt)`: the way of a particle in this step, bent so that it does not end where
     phi is above the level.
 
     x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
-    list[near:far] - first. account: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
-    owners, added with its moment to taken (owners, 6)."""
+    list[near:far] - first. account: (owner, centre, weight, per_unit, taken), what bends the way, times weight, is an impulse
+    on the owners, added with its moment to taken (owners, 6); where `counted`, as whole units, impulse times per_unit (6,)."""
     DIM = dim
 
     @helper(dim)
@@ -64,32 +66,39 @@ def make_guard(dim: int):
                     gradient[d] -= 4.0 * k.guard_reach2 * close * apart[d]
         return phi, parts
 
-    @helper(dim)
+    @helper(dim, counted)
     def push(x, way, walls, account, last, k, time, size, gradient, apart):
         """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
         its owner."""
         near, far, lst, first, _, _ = walls
-        owner, centre, weight, taken = account
+        owner, centre, weight, per_unit, taken = account
         for n in range(near, far):
             b = lst[n] - first
             close = closeness_to(b, x, way, walls, k, time, apart)
             if close > 0.0 and owner[b] <= last:
                 for d in range(DIM):
                     part = 4.0 * size * k.guard_reach2 * close * apart[d]
-                    take_moment(d, -weight * part, x, owner[b], centre, taken)
+                    take_moment(d, -weight * part, x, owner[b], centre, per_unit, taken)
         for d in range(DIM):
             way[d] -= size * gradient[d]
 
-    @helper(dim)
-    def take_moment(d, impulse, x, o, centre, taken):
+    @helper(dim, counted)
+    def take(a, value, o, per_unit, taken):
+        if counted:
+            taken[o, a] += np.int64(np.rint(value * per_unit[a]))
+        else:
+            taken[o, a] += value
+
+    @helper(dim, counted)
+    def take_moment(d, impulse, x, o, centre, per_unit, taken):
         """Add an impulse along d at x to what owner o has taken, and its moment about the owner's centre."""
         axis = 2 if d == DIM - 1 else d
-        taken[o, axis] += impulse
+        take(axis, impulse, o, per_unit, taken)
         for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
             axis_a = 2 if a == DIM - 1 else a
             if axis_a != axis:
                 sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                taken[o, 3 + 3 - axis - axis_a] += sign * (x[a] - centre[o, a]) * impulse
+                take(3 + 3 - axis - axis_a, sign * (x[a] - centre[o, a]) * impulse, o, per_unit, taken)
 
     @helper(dim)
     def longest(x, way, walls, k, dt):
@@ -104,7 +113,7 @@ def make_guard(dim: int):
                 length2 = max(length2, way2)
         return math.sqrt(length2)
 
-    @helper(dim)
+    @helper(dim, counted)
     def hold(x, way, walls, account, last, allowed, k, time, gradient, apart):
         """Move the end of the way until the walls of owners up to the `last` crowd it no more than `allowed`; returns
         whether it moved, and whether walls on both sides left no way out."""
@@ -124,7 +133,7 @@ def make_guard(dim: int):
                 return True, True
         return moved, False
 
-    @helper(dim)
+    @helper(dim, counted)
     def bend(x, way, walls, account, k, dt):
         """Returns whether the way had to be bent. A particle that a body squeezes against the
         tank stays in the tank."""
