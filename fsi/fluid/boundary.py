@@ -129,10 +129,15 @@ class BoundaryParticles:
         if self.count:
             response = response or self._silence
             response.spread()
+            apart = self._reductions.ordered and response.columns > 0
+            lists, responses = (self.near.bounds, self.near.groups), (response.rows, response.lift, response.low, response.high)
             self.team.run(
-                walls.make_extrapolation(self.lanes, self.dim, response.columns), self.near.bounds, self.near.groups,
-                self.first, rows, self.shepard, self._lift, self.k, response.rows, response.lift, response.low, response.high,
+                walls.make_extrapolation(self.lanes, self.dim, 0 if apart else response.columns), *lists,
+                self.first, rows, self.shepard, self._lift, self.k, *responses,
             )  # fmt: skip
+            if apart:
+                kernel = walls.make_response_extrapolation(self.lanes, self.dim, response.columns)
+                self.team.run(kernel, *lists, self.first, rows, self.shepard, self.k, *responses)
 
     # -------------------------------------------------------------------------------------- forces
 

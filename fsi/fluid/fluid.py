@@ -306,7 +306,10 @@ class Fluid:
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""
-        return self._last["residual"] if self._last else self.solver.residual(self._counts if self._weighed else None)
+        if self._last:
+            return self._last["residual"]
+        counts = self.work.coefficients[: self._rows, columns.COUNTS] if self._weighed else None
+        return self.solver.residual(self._rows, counts)
 
     @property
     def fields(self) -> dict[str, np.ndarray]:

@@ -104,9 +104,9 @@ class PressureSolver(Protocol):
         """Solve on from the last update, until a sweep changes the pressure by less than tolerance times its maximum, in at
         most so many sweeps; they are not counted."""
 
-    def residual(self, counts: np.ndarray | None = None) -> float:
-        """How much the last sweep changed the pressure, as a share of its largest value; the pressures in `field` have been
-        multiplied by `counts` (n,) since, where it is given."""
+    def residual(self, rows: int, counts: np.ndarray | None = None) -> float:
+        """How much the last sweep changed the pressure of the fluid's rows, ghosts included, as a share of its largest value;
+        the pressures in `field` have been multiplied by `counts` (rows,) since, where it is given."""
 
     def state(self) -> dict:
         """What is remembered between steps, for `restore`."""

@@ -28,8 +28,9 @@ class RankHalo:
     """A `fsi.protocols.Halo` over ranks, periodic axes included. Owns the decomposition, the keys of the particles and the rows
     of ghosts and their sources in a step. Before the first `exchange` every rank holds all particles (`scattered` False).
 
-    own_key: keys (n,) of the own particles, in their order, from the last sort; moving: numbers of the boundary particles that
-    move, in the order of cells.
+    own_key: keys (n,) of the own particles, in their order, from the last sort; key: those of all particles that are here now,
+    ghosts included within a step, of which own_rows are own; moving: numbers of the boundary particles that move, in the
+    order of cells.
     """
 
     room = 1.2
@@ -39,7 +40,7 @@ class RankHalo:
         self.width = 4.05 * scene.smoothing_length
         self._reach = 2.01 * scene.smoothing_length
         self.scattered = False
-        self.own_key = np.empty(0, np.int64)
+        self.own_key = self.key = self.own_rows = np.empty(0, np.int64)
         self.moving = np.empty(0, np.int64)
         self.decide(decomposition)
 
@@ -142,7 +143,7 @@ class RankHalo:
         self._sizes = {rank: len(rows) for rank, rows in got}
         rows = np.concatenate([np.empty((0, width)), *(rows for _, rows in got)])
         dim = len(self._low)
-        self._key = np.concatenate([self.own_key, _bits(rows[:, -1:])])
+        self._last_key = np.concatenate([self.own_key, _bits(rows[:, -1:])])
         particles.append_ghosts(
             rows[:, :dim], rows[:, dim : 2 * dim], rows[:, 2 * dim].astype(particles.pressure.dtype)
         )
@@ -150,14 +151,14 @@ class RankHalo:
     def locate(self, order: np.ndarray, sort: CellSort) -> int:
         """See `Halo`."""
         inside, own = sort.inside, len(self.own_key)
-        self._row_key = np.empty(inside, np.int64)
-        kernels.arrange(sort.start, order, self._key, self._row_key)
+        self.key = np.empty(inside, np.int64)
+        kernels.arrange(sort.start, order, self._last_key, self.key)
         row = np.empty(len(order), np.int64)
         row[order] = np.arange(len(order))
         self._ghosts = np.where(row[own:] < inside, row[own:], -1)
         self._from = np.concatenate([np.empty(0, np.int64), *(row[s] for s in self._sources.values())])
         self.own_rows = np.sort(row[:own][row[:own] < inside])
-        self.own_key = self._row_key[self.own_rows]
+        self.own_key = self.key[self.own_rows]
         return int((self._ghosts >= 0).sum())
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
@@ -188,6 +189,7 @@ class RankHalo:
     def drop(self, particles: Particles) -> np.ndarray | slice:
         """See `Halo`."""
         own = particles.own
+        self.key, self.own_rows = self.own_key, np.arange(len(self.own_key))
         if own.all():
             return slice(None)
         particles.keep(own)

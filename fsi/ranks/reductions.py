@@ -62,22 +62,24 @@ class RankReductions(Reductions):
     def whole(self, *arrays):
         if not self._halo.scattered:
             return super().whole(*arrays)
+        own = [array if len(array) == len(self._halo.own_key) else array[self._halo.own_rows] for array in arrays]
         order = np.argsort(self._ranks.collect(self._halo.own_key), kind="stable")
-        return tuple(self._ranks.collect(array)[order] for array in arrays)
+        return tuple(self._ranks.collect(array)[order] for array in own)
 
     def gathered(self, which, *arrays):
         if not self._halo.scattered:
             return super().gathered(which, *arrays)
-        order = np.argsort(self._ranks.collect(self._halo.own_key[which], everywhere=True), kind="stable")
+        order = np.argsort(self._ranks.collect(self._halo.key[which], everywhere=True), kind="stable")
         return tuple(self._ranks.collect(array, everywhere=True)[order] for array in arrays)
 
     def around(self, point, reach, position, *values):
         if not self._halo.scattered:
             return super().around(point, reach, position, *values)
-        apart = position[:, : len(point)] - point
+        rows = self._halo.own_rows
+        apart = position[rows, : len(point)] - point
         length = self._periods[: len(point)]
         apart -= length * np.round(apart / np.where(length > 0, length, np.inf))
-        which = np.flatnonzero((apart**2).sum(1) < (1.01 * reach) ** 2)
+        which = rows[(apart**2).sum(1) < (1.01 * reach) ** 2]
         return self.gathered(which, position[which], *(array[which] for array in values))
 
     def at_largest(self, values, position):
