@@ -139,7 +139,7 @@ def _read(text: str, size: int, dim: int) -> tuple[int, ...]:
     if not re.fullmatch(r"\d+(x\d+)*", text):
         raise SceneError(f"{text!r} is no arrangement of ranks", key="--ranks", fix="write it as 4x1x1")
     shape = tuple(map(int, text.split("x")))
-    if dim == 2 and len(shape) == 3 and shape[1] == 1:
+    if dim == 2 and len(shape) == 3 and shape[1] == 1:  # of a tank in x and z
         shape = shape[0], shape[2]
     if len(shape) != dim or 0 in shape:
         example = "4x1x1" if dim == 3 else "4x1"

@@ -1,0 +1,122 @@
+"""A run on several ranks is the run on one, bit for bit; it can be resumed on another number of them, and never hangs."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import runs  # beside this file
+
+pytest.importorskip("mpi4py")
+pytestmark = pytest.mark.skipif(runs.MPIEXEC is None, reason="no mpiexec of the wheel of mpich")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    file = tmp_path / "column.toml"
+    file.write_text(runs.COLUMN)
+    return file
+
+
+def done(outcome) -> None:
+    assert outcome.returncode == 0, outcome.stderr
+
+
+def forget_the_end(folder: Path) -> None:
+    """Leave a run that is done as if it had been stopped one step before."""
+    sorted((folder / "checkpoints").iterdir())[-1].unlink()
+    manifest = json.loads((folder / "run.json").read_text()) | {"status": "interrupted"}
+    (folder / "run.json").write_text(json.dumps(manifest))
+
+
+def test_two_ranks_compute_what_one_does_and_are_resumed_by_one(scene, tmp_path):
+    one, two = tmp_path / "one", tmp_path / "two"
+    settings = "--threads", 1, "--quiet"
+    every_step = "--set", "output.checkpoint=1e-6"
+    done(runs.run(1, "run", scene, "--out", one, "--ranks", "1x1", *settings))
+    done(runs.run(2, "run", scene, "--out", two, "--ranks", "2x1", *settings, *every_step))
+    assert json.loads((two / "run.json").read_text())["particles"]["fluid"] == 96
+    assert runs.differing(one, two) == []
+    forget_the_end(two)
+    done(runs.run(1, "resume", two, *settings, "--ranks", "1x1"))
+    assert runs.differing(one, two) == []
+
+
+def test_a_rank_that_is_killed_ends_all_of_them(scene, tmp_path):
+    out = tmp_path / "run"
+    settings = "--threads", 1, "--set", "output.checkpoint=1e-6", "--until", 1000
+    process = subprocess.Popen(
+        runs.command(2, "run", scene, "--out", out, *settings), stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        cwd=runs.ROOT, start_new_session=True,
+    )  # fmt: skip
+    try:
+        wait_for(lambda: any((out / "checkpoints").glob("*.checkpoint")), 120)
+        os.kill(rank_of(process.pid, 1), signal.SIGKILL)
+        begin = time.monotonic()
+        process.communicate(timeout=60)
+        assert process.returncode != 0 and time.monotonic() - begin < 30
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    done(runs.run(1, "resume", out, "--until", 0.3, "--quiet", "--threads", 1))
+
+
+def wait_for(come, seconds: float) -> None:
+    begin = time.monotonic()
+    while not come():
+        assert time.monotonic() - begin < seconds
+        time.sleep(0.1)
+
+
+def rank_of(starter: int, rank: int) -> int:
+    """The process of a rank that this process has started."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            environment = (folder / "environ").read_bytes().split(b"\0")
+            parents = ancestors(int(folder.name))
+        except OSError:
+            continue
+        if starter in parents and b"PMI_RANK=%d" % rank in environment:
+            return int(folder.name)
+    raise AssertionError(f"no rank {rank}")
+
+
+def ancestors(pid: int) -> set[int]:
+    found = set()
+    while pid > 1:
+        found.add(pid)
+        pid = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return found
+
+
+WORSE = {
+    "two_dimensions": (runs.COLUMN, ("3:3x1", "4:2x2", "8:4x2")),
+    "channel": (runs.CHANNEL, ("2:2x1", "4:2x2")),
+    "two_liquids": (runs.LAYERS, ("3:3x1",)),
+    "waves": (runs.SEA, ("3:3x1",)),
+    "flap": ("flap", ("2:2x1x1", "4:2x2x1", "8:2x2x2")),
+    "floating_box_2d": ("floating_box_2d", ("2:1x2", "4:4x1")),
+    "slide_submarine_contact": ("slide_submarine_contact", ("2:2x1",)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WORSE)
+def test_any_number_of_ranks_computes_what_one_does(name, tmp_path):
+    text, arrangements = WORSE[name]
+    scene = text
+    if "\n" in text:
+        scene = tmp_path / f"{name}.toml"
+        scene.write_text(text)
+    settings = *runs.SHORTER.get(name, ()), "--threads", 1, "--quiet", "--set", "output.timeline=false"
+    done(runs.run(1, "run", scene, "--out", tmp_path / "1", "--ranks", "1x1x1", *settings, timeout=1200))
+    for arrangement in arrangements:
+        ranks, _, shape = arrangement.partition(":")
+        done(runs.run(int(ranks), "run", scene, "--out", tmp_path / ranks, "--ranks", shape, *settings, timeout=1200))
+        assert runs.differing(tmp_path / "1", tmp_path / ranks) == []
