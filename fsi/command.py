@@ -162,18 +162,20 @@ def check(
         int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
     ] = 0,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
+    ranks: Arrangement = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the resolved scene, as TOML, and what a run of it would take."""
     with exit_codes():
         result = runner.check(
-            scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads
+            scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads, ranks=ranks
         )
         if as_json:
             print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
             return
         print(resolved_toml(result["scene"]))
-        for line in (*result["waves"], *_estimate_lines(result["estimate"])):
+        shares = _rank_lines(result["ranks"]) if ranks else []
+        for line in (*result["waves"], *_estimate_lines(result["estimate"]), *shares):
             print(f"# {line}")
         for line in (*result["warnings"], *result["notes"]):
             print(line, file=sys.stderr)
@@ -200,6 +202,24 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"{estimate['series_frames']} frames of series, {estimate['series_bytes'] / 1e3:.3g} kB each",
         *checkpoints,
     ]
+
+
+def _rank_lines(plan: dict) -> list[str]:
+    unequal = plan["imbalance"]
+    lines = [
+        f"ranks: {'x'.join(map(str, plan['shape']))}; largest over mean: {unequal['equal']:.3f} of the particles in boxes of equal "
+        f"size, {unequal['particles']:.3f} in boxes balanced by particles, {unequal['work']:.3f} of the work as a run balances it"
+    ]
+    axes = "xz" if len(plan["shape"]) == 2 else "xyz"
+    for number, rank in enumerate(plan["ranks"]):
+        sides = zip(axes, rank["low"], rank["high"], strict=True)
+        ends = ((a, *("" if end is None else f"{end:.4g}" for end in both)) for a, *both in sides)
+        box = ", ".join(f"{axis} {low}..{high}" for axis, low, high in ends if low or high)
+        lines.append(
+            f"rank {number}: {box or 'everything'}: {rank['fluid']} fluid, {rank['boundary']} boundary, {rank['ghosts']} ghosts, "
+            f"work {rank['work']:.3f}, {rank['memory_bytes'] / 1e6:.0f} MB"
+        )
+    return lines
 
 
 @app.command()

@@ -149,15 +149,17 @@ def check(
     level: str | None = None,
     measure: int = 0,
     threads: int | None = None,
+    ranks: str | None = None,
 ) -> dict[str, Any]:
     """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
     seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
-    are run and timed (`fsi.estimate.measured`).
+    are run and timed (`fsi.estimate.measured`); `ranks`: what each of the processes arranged as this, such as 4x1x1, would have
+    to do, where that is asked for (`fsi.estimate.shared`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     scene, label = _load(scene, overrides, until, level)
     bodies, coupler, ground = bind(scene, label)
-    from fsi.estimate import checkpoint_cost, estimate, measured
+    from fsi.estimate import checkpoint_cost, estimate, measured, shared
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
@@ -172,6 +174,7 @@ def check(
         "waves": wave_summary(scene),
         "warnings": _warnings(scene, bodies, ground, label),
         "notes": notes,
+        **({"ranks": shared(scene, ranks, bodies, ground)} if ranks else {}),
     }
 
 

@@ -261,13 +261,19 @@ class Fluid:
         self.team.run(
             self._corrector, near.bounds, near.groups, work.trial, work.field, work.coefficients, state.label,
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
-            solids.position, solids.velocity, solids.owner, solids.centre, 1 / self._units, impulse, sums,
+            solids.position, solids.velocity, solids.owner, self._centres(), impulse, sums,
         )  # fmt: skip
         self._kept = self.halo.drop(state)
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
         taken = self.reductions.total(impulse) * (self._units if ordered else 1.0)
         return np.concatenate([maxima, totals]), solids.smoothed(taken)
+
+    def _centres(self) -> np.ndarray:
+        """The owners' centres, and where their impulses are counted in units a row that says in which."""
+        per_unit = np.zeros(self.dim)
+        per_unit[:2] = 1 / self._units[[0, 3]]
+        return np.vstack([self.solids.centre, per_unit]) if self.reductions.ordered else self.solids.centre
 
     def sums(self) -> np.ndarray:
         """After `correct`: kinetic energy, r height, volume / dr^dim and momentum (dim,) of all fluid as in its sums, in an

@@ -71,21 +71,20 @@ class Share:
     work: float
 
 
-def shares(scene: Scene, layout: Layout, decomposition: Decomposition) -> list[Share]:
-    """What the ranks hold at the start."""
+def shares(scene: Scene, layout: Layout, decomposition: Decomposition, ghosts: bool = True) -> list[Share]:
+    """What the ranks hold at the start; the ghosts are left out, and 0, where they are not wanted."""
     work = work_of(layout, 2 * scene.smoothing_length)
-    n, width = len(layout.position), 4.05 * scene.smoothing_length
+    width = 4.05 * scene.smoothing_length
     of, walls = decomposition.rank_of(layout.position), decomposition.rank_of(layout.boundary)
     ranks = np.concatenate([of, walls])
     totals = np.bincount(ranks, work, decomposition.size)
-    found = []
-    for rank in range(decomposition.size):
+    counts, bounds = (np.bincount(kind, minlength=decomposition.size) for kind in (of, walls))
+    around = counts.copy()
+    for rank in range(decomposition.size) if ghosts else ():
         low, high = decomposition.box(rank)
-        around = ((layout.position >= low - width) & (layout.position <= high + width)).all(1).sum()
-        fluid = int((of == rank).sum())
-        found.append(Share(fluid, int((walls == rank).sum()), int(around) - fluid, float(totals[rank])))
-    assert n == sum(share.fluid for share in found)
-    return found
+        around[rank] = ((layout.position >= low - width) & (layout.position <= high + width)).all(1).sum()
+    found = zip(counts, bounds, around - counts, totals, strict=True)
+    return [Share(int(fluid), int(wall), int(ghost), float(total)) for fluid, wall, ghost, total in found]
 
 
 class Balancer:

@@ -135,10 +135,15 @@ def chosen_shape(size: int, sides: np.ndarray, text: str | None = None) -> tuple
     return best[1]
 
 
-def _read(text: str, size: int, dim: int) -> tuple[int, ...]:
+def arranged(text: str) -> tuple[int, ...]:
+    """The numbers of an arrangement such as 4x1x1. Raises SceneError where it is none."""
     if not re.fullmatch(r"\d+(x\d+)*", text):
         raise SceneError(f"{text!r} is no arrangement of ranks", key="--ranks", fix="write it as 4x1x1")
-    shape = tuple(map(int, text.split("x")))
+    return tuple(map(int, text.split("x")))
+
+
+def _read(text: str, size: int, dim: int) -> tuple[int, ...]:
+    shape = arranged(text)
     if dim == 2 and len(shape) == 3 and shape[1] == 1:  # of a tank in x and z
         shape = shape[0], shape[2]
     if len(shape) != dim or 0 in shape:

@@ -30,7 +30,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
 
     def advance(
         i, sums, chunk, walls_from, walls_to, neighbours, trial, field, coefficients, label, position, velocity, pressure,
-        body_force, k, dt, zones, first, boundary, boundary_velocity, owner, centre, per_unit, impulse, totals,
+        body_force, k, dt, zones, first, boundary, boundary_velocity, owner, centre, impulse, totals,
     ):  # fmt: skip
         if label[i] < 0:  # a ghost, dropped after this
             return
@@ -46,7 +46,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
         near_walls = guarded and nearest < k.guard2
         walls = walls_from, walls_to, neighbours, first, boundary, boundary_velocity
         if near_walls:
-            guard_velocity(x, u, walls, (owner, centre, mass / dt, per_unit, impulse[chunk]), k, dt, totals[chunk])
+            guard_velocity(x, u, walls, (owner, centre, mass / dt, impulse[chunk]), k, dt, totals[chunk])
         if sponge:
             damp(x, u, mass, zones, dt, totals[chunk])
         for d in range(DIM):
@@ -58,7 +58,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
             near = (1.0 - inside) * min(1.0, PACE * 2.0 * k.inverse_support * dt * math.sqrt(speed2))
             shift_along(shift, near * k.shifting, sparse, outward)
         if shifted and near_walls:
-            guard_shift(x, u, shift, walls, (owner, centre, 0.0, per_unit, impulse[chunk]), k, dt)
+            guard_shift(x, u, shift, walls, (owner, centre, 0.0, impulse[chunk]), k, dt)
         for d in range(DIM):
             x[d] += dt * u[d]
             if shifted:

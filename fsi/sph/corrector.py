@@ -22,7 +22,8 @@ def make_corrector(
 
     The wall guard bends the way of a fluid particle that would end too close to wall particles (`fsi.sph.wall_guard`); the
     impulse is handed to the owners of the wall particles in `impulse` (chunks, owners, 6), force part first, moment about
-    `centre` (owners, DIM), where `counted` as integers, of the impulses times per_unit (6,). The shift, which carries no momentum, is bent likewise.
+    `centre` (owners, DIM), `counted` in whole units where it is asked for (`fsi.sph.wall_guard`). The shift, which carries no
+    momentum, is bent likewise.
     In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
     end, rate]. With a `surface`, `field` holds pressures times how often they count. `totals` (chunks, .): the columns of
     `columns.corrector_sums`."""
@@ -81,5 +82,5 @@ def make_corrector(
         "correct", (lanes, dim, guarded, sponge, shifted, dense, surface, counted), start=start,
         sum=Sum(hold, empty, passes, finish, after if dense else None),
         takes="trial field coefficients label position velocity pressure body_force k dt zones first boundary "
-        "boundary_velocity owner centre per_unit impulse totals",
+        "boundary_velocity owner centre impulse totals",
     )  # fmt: skip

@@ -36,8 +36,9 @@ def make_guard(dim: int, counted: bool = False):
     phi is above the level.
 
     x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
-    list[near:far] - first. account: (owner, centre, weight, per_unit, taken), what bends the way, times weight, is an impulse
-    on the owners, added with its moment to taken (owners, 6); where `counted`, as whole units, impulse times per_unit (6,)."""
+    list[near:far] - first. account: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
+    owners, added with its moment to taken (owners, 6). `counted`: there as integers, whose sum does not depend on the order;
+    one more row of centre then says how many there are to 1 N s, and to 1 N m s."""
     DIM = dim
 
     @helper(dim)
@@ -71,34 +72,41 @@ def make_guard(dim: int, counted: bool = False):
         """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
         its owner."""
         near, far, lst, first, _, _ = walls
-        owner, centre, weight, per_unit, taken = account
+        owner, centre, weight, taken = account
         for n in range(near, far):
             b = lst[n] - first
             close = closeness_to(b, x, way, walls, k, time, apart)
             if close > 0.0 and owner[b] <= last:
                 for d in range(DIM):
                     part = 4.0 * size * k.guard_reach2 * close * apart[d]
-                    take_moment(d, -weight * part, x, owner[b], centre, per_unit, taken)
+                    add(d, -weight * part, x, owner[b], centre, taken)
         for d in range(DIM):
             way[d] -= size * gradient[d]
 
-    @helper(dim, counted)
-    def take(a, value, o, per_unit, taken):
-        if counted:
-            taken[o, a] += np.int64(np.rint(value * per_unit[a]))
-        else:
-            taken[o, a] += value
-
-    @helper(dim, counted)
-    def take_moment(d, impulse, x, o, centre, per_unit, taken):
+    @helper(dim)
+    def take_moment(d, impulse, x, o, centre, taken):
         """Add an impulse along d at x to what owner o has taken, and its moment about the owner's centre."""
         axis = 2 if d == DIM - 1 else d
-        take(axis, impulse, o, per_unit, taken)
+        taken[o, axis] += impulse
         for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
             axis_a = 2 if a == DIM - 1 else a
             if axis_a != axis:
                 sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                take(3 + 3 - axis - axis_a, sign * (x[a] - centre[o, a]) * impulse, o, per_unit, taken)
+                taken[o, 3 + 3 - axis - axis_a] += sign * (x[a] - centre[o, a]) * impulse
+
+    @helper(dim)
+    def count_moment(d, impulse, x, o, centre, taken):
+        """The same in whole units."""
+        axis, per_impulse, per_moment = 2 if d == DIM - 1 else d, centre[-1, 0], centre[-1, 1]
+        taken[o, axis] += np.int64(np.rint(impulse * per_impulse))
+        for a in range(DIM):
+            axis_a = 2 if a == DIM - 1 else a
+            if axis_a != axis:
+                sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
+                moment = sign * (x[a] - centre[o, a]) * impulse
+                taken[o, 3 + 3 - axis - axis_a] += np.int64(np.rint(moment * per_moment))
+
+    add = count_moment if counted else take_moment
 
     @helper(dim)
     def longest(x, way, walls, k, dt):
