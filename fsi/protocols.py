@@ -201,6 +201,9 @@ class Halo(Protocol):
         """The particles have been sorted (`fsi.particles.cells.CellSort`): row r holds particle order[r], and rows below
         `sort.inside` are in the domain. May change the order within cells. Returns how many ghosts are in the domain."""
 
+    def idle(self) -> np.ndarray:
+        """Which of the fluid's rows are ghosts that no sums need to be made for (n,); empty where there are none."""
+
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the rows (n, ...) of the ghosts what their sources have in these columns."""
 

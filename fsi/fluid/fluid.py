@@ -123,7 +123,7 @@ class Fluid:
         self._sort()
         xs = self._pack()
         others = [(self.sort, 0)] + ([(self.solids.sort, self._rows)] if self.solids.count else [])
-        self.near.update(self.sort, 0, xs, others)
+        self.near.update(self.sort, 0, xs, others, self.halo.idle())
         self.solids.find(self.sort, xs)
         self.work.arena.begin("coefficients")
 

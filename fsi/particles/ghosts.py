@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.particles.cells import CellSort
+from fsi.particles.neighbours import NOBODY
 from fsi.protocols import Halo, Particles
 from fsi.scene.model import Scene
 
@@ -30,6 +31,9 @@ class NoHalo:
 
     def locate(self, order: np.ndarray, sort: CellSort) -> int:
         return 0
+
+    def idle(self) -> np.ndarray:
+        return NOBODY
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         pass
@@ -98,6 +102,10 @@ class Periodic:
         kept = row[own:] < inside
         self._ghosts, self._sources = row[own:][kept], row[self._number][kept]
         return len(self._ghosts)
+
+    def idle(self) -> np.ndarray:
+        """See `Halo`."""
+        return NOBODY
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the ghosts what their sources have."""

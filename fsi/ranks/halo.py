@@ -161,6 +161,12 @@ class RankHalo:
         self.own_key = self.key[self.own_rows]
         return int((self._ghosts >= 0).sum())
 
+    def idle(self) -> np.ndarray:
+        """See `Halo`."""
+        ghosts = np.ones(len(self.key), bool)
+        ghosts[self.own_rows] = False
+        return ghosts
+
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """See `Halo`."""
         first, last, _ = columns.indices(rows.shape[1])

@@ -62,6 +62,9 @@ class Half:
         self._sources, self._ghosts = row[self._near], row[self._own :]
         return len(self._ghosts)
 
+    def idle(self):
+        return np.empty(0, bool)
+
     def refresh(self, rows, columns):
         rows[self._ghosts, columns] = self._swap(self._side, rows[self._sources, columns].copy())
 
