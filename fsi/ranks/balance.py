@@ -12,7 +12,7 @@ from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbala
 from fsi.ranks.halo import RankHalo
 from fsi.scene.model import Scene
 
-EVERY = 200  # steps from one look at the balance to the next
+EVERY = 50  # steps from one look at the balance to the next
 DRIFT = 0.05  # share of a rank's mean work by which one may have changed since the last balance, at first
 PATIENT, EAGER = 1.5, 0.8  # factors of that share after a balance that did not pay, and after one that did
 LEAST, MOST = 0.02, 0.5  # bounds of that share
@@ -30,7 +30,9 @@ def planned(
     """The boxes of so many ranks at the start; equal ones without `balance`, and by numbers alone without `weighed`."""
     tank = scene.tank
     low, high = np.array(tank.min, float), np.array(tank.max, float)
-    chosen = chosen_shape(size, high - low, shape)
+    sides = high - low
+    sides[-1] = min(sides[-1], layout.depth)  # where fluid comes to rest
+    chosen = chosen_shape(size, sides, shape)
     equal = Decomposition.geometric(chosen, low, high, np.full(scene.dimension, scene.spacing))
     if not balance:
         return equal
@@ -93,7 +95,7 @@ class Balancer:
     time that the slowest rank took for a step before and after."""
 
     def __init__(self, scene: Scene, ranks: Ranks, halo: RankHalo, wet: np.ndarray):
-        self._ranks, self._halo, self._planes = ranks, halo, planes_of(scene)
+        self._ranks, self.halo, self._planes = ranks, halo, planes_of(scene)
         self._wet, self._drift = wet, DRIFT
         self._last: np.ndarray | None = None  # work of each rank after the last move
         self._before: float | None = None  # seconds of a step before the last move
@@ -124,7 +126,7 @@ class Balancer:
     def _move(self, fluid, slowest: float) -> None:
         """Move the boxes to where the work is the same in all departments."""
         position, boundary = fluid.position, fluid.boundary
-        held = self._halo.holds(boundary)
+        held = self.halo.holds(boundary)
         wall = np.where(self._wet, WEIGHTS["wet"], WEIGHTS["dry"])[held]
 
         def count(axis: int, planes: np.ndarray) -> np.ndarray:
@@ -132,9 +134,9 @@ class Balancer:
                 _counts(position[:, axis], None, planes) + _counts(boundary[held, axis], wall, planes)
             )
 
-        new = self._halo.decomposition.balanced(self._planes, count)
-        if all(np.array_equal(a, b) for a, b in zip(new.cuts, self._halo.decomposition.cuts, strict=True)):
+        new = self.halo.decomposition.balanced(self._planes, count)
+        if all(np.array_equal(a, b) for a, b in zip(new.cuts, self.halo.decomposition.cuts, strict=True)):
             self._last = None
             return
-        self._halo.decide(new)
+        self.halo.decide(new)
         self._last, self._before, self.moves = None, slowest, self.moves + 1

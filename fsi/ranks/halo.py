@@ -39,7 +39,7 @@ class RankHalo:
         self.ranks, self.grid, self._periodic = ranks, grid, Periodic(scene)
         self.width = 4.05 * scene.smoothing_length
         self._reach = 2.01 * scene.smoothing_length
-        self.scattered = False
+        self.scattered, self.ghosts = False, 0
         self.own_key = self.key = self.own_rows = np.empty(0, np.int64)
         self.moving = np.empty(0, np.int64)
         self.decide(decomposition)
@@ -159,7 +159,8 @@ class RankHalo:
         self._from = np.concatenate([np.empty(0, np.int64), *(row[s] for s in self._sources.values())])
         self.own_rows = np.sort(row[:own][row[:own] < inside])
         self.own_key = self.key[self.own_rows]
-        return int((self._ghosts >= 0).sum())
+        self.ghosts = int((self._ghosts >= 0).sum())
+        return self.ghosts
 
     def idle(self) -> np.ndarray:
         """See `Halo`."""

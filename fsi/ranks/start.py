@@ -102,6 +102,20 @@ class Membership:
             self.balancer(sim, now - before - (waited - waited_before))
         self._mark = clock.perf_counter(), self.ranks.waited
 
+    def facts(self, steps: int) -> dict:
+        """For `run.json`: the arrangement and how often its boxes moved, and of this rank the seconds that it waited for others,
+        the particles that it holds and its ghosts, and the bytes that it sent in a step, by purpose."""
+        halo = self.balancer.halo
+        return {
+            "shape": list(halo.decomposition.shape),
+            "cuts": [cut.tolist() for cut in halo.decomposition.cuts],
+            "moves": self.balancer.moves,
+            "waited": self.ranks.waited,
+            "own": len(halo.own_key),
+            "ghosts": halo.ghosts,
+            "sent_per_step": {purpose: size / max(steps, 1) for purpose, size in self.ranks.sent.items()},
+        }
+
     def agreed(self, number: int | None, due: bool) -> tuple[int | None, bool]:
         """The signal that has come to any of the ranks, and whether the root wants a checkpoint."""
         number, due = self.ranks.agree(number or 0, due and self.root)

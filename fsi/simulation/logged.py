@@ -124,6 +124,7 @@ def outcome(sim: Simulation) -> dict:
         "phases": dict(sim.phases),
         "audit": sim.audit(),
         **({"coupling": sim.coupling()} if sim.bodies else {}),
+        **({"ranks": sim.ranks.facts(sim.step_count)} if sim.ranks else {}),
         "warnings": sim.warnings,
         "events": [{"time": e.moment.time, "level": e.level, "text": e.text} for e in sim.events],
     }
