@@ -67,6 +67,62 @@ def test_a_rank_that_is_killed_ends_all_of_them(scene, tmp_path):
     done(runs.run(1, "resume", out, "--until", 0.3, "--quiet", "--threads", 1))
 
 
+BROKEN = """
+import sys
+from fsi.command import main
+from fsi.fluid.fluid import Fluid
+
+predict = Fluid.predict
+
+def breaking(fluid):
+    fluid.steps = getattr(fluid, "steps", 0) + 1
+    if fluid.halo.ranks.rank == 1 and fluid.steps > 5:
+        raise ValueError("something broke")
+    predict(fluid)
+
+Fluid.predict = breaking
+sys.argv[0] = "fsi"
+main()
+"""
+
+
+@pytest.mark.slow
+def test_a_rank_that_fails_alone_ends_all_of_them_with_its_message(scene, tmp_path):
+    out, program = tmp_path / "run", tmp_path / "broken.py"
+    program.write_text(BROKEN)
+    settings = "--threads", "1", "--quiet", "--set", "output.checkpoint=1e-6"
+    outcome = subprocess.run(
+        [runs.MPIEXEC, "-n", "2", sys.executable, program, "run", scene, "--out", out, *settings], capture_output=True,
+        text=True, cwd=runs.ROOT, timeout=300, env=os.environ | {"PYTHONPATH": str(runs.ROOT)},
+    )  # fmt: skip
+    assert outcome.returncode != 0 and "rank 1 failed: something broke" in outcome.stderr
+    facts = json.loads((out / "run.json").read_text())
+    assert facts["status"] == "failed" and "something broke" in facts["reason"]
+    done(runs.run(1, "resume", out, "--quiet", "--threads", 1))
+
+
+@pytest.mark.slow
+def test_a_rank_that_stands_still_ends_all_of_them(scene, tmp_path):
+    out = tmp_path / "run"
+    settings = "--threads", 1, "--set", "output.checkpoint=1e-6", "--until", 1000, "--quiet"
+    process = subprocess.Popen(
+        runs.command(2, "run", scene, "--out", out, *settings), stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        cwd=runs.ROOT, start_new_session=True,
+    )  # fmt: skip
+    try:
+        wait_for(lambda: any((out / "checkpoints").glob("*.checkpoint")), 120)
+        os.kill(rank_of(process.pid, 1), signal.SIGSTOP)
+        begin = time.monotonic()
+        _, told = process.communicate(timeout=60)
+        assert process.returncode != 0 and time.monotonic() - begin < 30
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    assert "rank 1 has not been heard of" in told
+    assert json.loads((out / "run.json").read_text())["status"] == "failed"
+    done(runs.run(1, "resume", out, "--until", 0.3, "--quiet", "--threads", 1))
+
+
 def wait_for(come, seconds: float) -> None:
     begin = time.monotonic()
     while not come():
