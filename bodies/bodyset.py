@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from bodies import checks, messages, pto, sensors, sizes
+from bodies.assets import assets
 from bodies.conditions import conditions
 from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
@@ -64,6 +65,8 @@ class BodySet:
         self.joint_dof = model.jnt_dofadr[self._joints].astype(int)  # (joints,) index into joint accelerations (nv,)
         joints = dict(zip(self.joint_names, self._joints, strict=True))
         self._ptos = pto.by_joint(model, scene.bodies, joints, source)
+        notes += self._ptos.notes
+        self.files = tuple(file for one in scene.bodies.values() for file in assets(one.mjcf))
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
@@ -207,6 +210,13 @@ class BodySet:
         for name, value in velocity.items():
             self.data.qvel[self.model.jnt_dofadr[self._joint(name)]] = value
         self._stepper.refresh()
+
+    def site(self, name: str) -> tuple[int, np.ndarray] | None:
+        """Number of the wet body that has this site, and where it is now (3,) [m]; None where no moving wet body has it."""
+        found = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_SITE, name)
+        if found < 0 or (body := self.model.site_bodyid[found]) not in self._bodies:
+            return None
+        return int(np.searchsorted(self._bodies, body)), self.data.site_xpos[found].copy()
 
     def visuals(self) -> list[Visual]:
         """Triangle meshes of all geoms, see `Visual`. Vertices are relative to the centre of mass in the frame of the

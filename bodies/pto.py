@@ -6,8 +6,9 @@ c = -df/dv; `bodies.implicit` takes f at the end of the step with them, so that 
 
 from __future__ import annotations
 
+import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +19,7 @@ import numpy as np
 from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
 from fsi.tables import read_table
+from fsi.trust import may_run
 
 FRICTIONLESS = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
@@ -127,6 +129,13 @@ class Python:
         return force
 
 
+class Unread:
+    """Stands for a user's function where a scene is checked and no code of it runs: no force."""
+
+    def pull(self, time: float, x: float, v: float) -> Pull:
+        return Pull(0.0)
+
+
 def _steepest(slope: float, force: float, at_rest: float, v: float) -> float:
     """Damping: the slope at the velocity v, or that of the chord to rest where it is steeper. With the chord a force that
     drops to its value at rest within the step does not reverse the motion."""
@@ -142,6 +151,7 @@ class PowerTakeOffs:
     def __init__(self, model: mujoco.MjModel, settings: Mapping[int, object], keys: Mapping[int, str], source: object):
         self.model = model
         self._kinds = {}
+        self.notes: list[str] = []
         self._friction = {}  # dof -> share of the joint's friction that is the power take-off's
         for joint, chosen in settings.items():
             dof = int(model.jnt_dofadr[joint])
@@ -156,7 +166,11 @@ class PowerTakeOffs:
                 model.dof_frictionloss[dof] = own + chosen.force
                 model.dof_solimp[dof, :2] = 0.9999  # a joint that sticks creeps by 1 - this of its free acceleration
             else:
-                self._kinds[dof] = _make(chosen, keys[joint], source)
+                self._kinds[dof] = kind = _make(chosen, keys[joint], source)
+                if isinstance(kind, Unread):
+                    self.notes.append(
+                        f"{keys[joint]}: {chosen.function} is not run by a check, and its force is taken as 0"
+                    )
         self.dofs = np.array(sorted(self._kinds), int)
         self._position = model.jnt_qposadr[model.dof_jntid] if model.nv else np.zeros(0, int)
         self._latching = {dof: kind for dof, kind in self._kinds.items() if isinstance(kind, Latching)}
@@ -235,7 +249,11 @@ def _make(settings: object, key: str, source: object):
         return Linear(settings)
     if isinstance(settings, TablePto):
         return Table(settings)
-    return Python(settings, key, source)
+    path, name = _named(settings.function, key, source)
+    if may_run(path, f"{key}.function", source):
+        return Python(settings, key, source)
+    _refuse_unknown(name, _defined(path), path, key, source)
+    return Unread()
 
 
 def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -243,20 +261,45 @@ def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return rows[:, 0], rows[:, 1]
 
 
-def _function(place: Path, key: str, source: object) -> Callable[[float, float, float], float]:
-    """The function that `FILE.py:NAME` names."""
+def _named(place: Path, key: str, source: object) -> tuple[Path, str]:
+    """File and name of `FILE.py:NAME`."""
     path, _, name = str(place).rpartition(":")
-    fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
     if not path or not Path(path).is_file():
+        fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
         raise SceneError(f"no file {path or name!r}", key=f"{key}.function", file=source, fix=fix)
-    spec = spec_from_file_location(f"pto_{Path(path).stem}", path)
+    return Path(path), name
+
+
+def _function(place: Path, key: str, source: object) -> Callable[[float, float, float], float]:
+    """The function that `FILE.py:NAME` names; runs the file."""
+    path, name = _named(place, key, source)
+    spec = spec_from_file_location(f"pto_{path.stem}", path)
     module = module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
     except Exception as fault:  # of any kind: it is the user's code
         raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from fault
-    found = getattr(module, name, None)
-    if not callable(found):
-        known = ", ".join(n for n, value in vars(module).items() if callable(value) and not n.startswith("_")) or "none"
-        raise SceneError(f"no function {name!r}", key=f"{key}.function", file=source, fix=f"{path} has: {known}")
-    return found
+    callables = [n for n, value in vars(module).items() if callable(value)]
+    _refuse_unknown(name, callables, path, key, source)
+    return getattr(module, name)
+
+
+def _refuse_unknown(name: str, known: Sequence[str], path: Path, key: str, source: object) -> None:
+    if name not in known:
+        public = ", ".join(n for n in known if not n.startswith("_")) or "none"
+        raise SceneError(f"no function {name!r}", key=f"{key}.function", file=source, fix=f"{path} has: {public}")
+
+
+def _defined(path: Path) -> list[str]:
+    """Names that a file gives to what may be a function, found without running it."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError) as fault:
+        raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from None
+    names = [
+        alias.asname or alias.name for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom) for alias in n.names
+    ]
+    names += [
+        target.id for n in ast.walk(tree) if isinstance(n, ast.Assign) for target in n.targets if hasattr(target, "id")
+    ]
+    return names + [n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.ClassDef)]

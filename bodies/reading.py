@@ -9,11 +9,14 @@ import mujoco
 import numpy as np
 
 from bodies import world
+from bodies.assets import assets
 from bodies.sizes import check_file
 from fsi.errors import SceneError
 from fsi.scene.model import BodyFile
+from fsi.trust import check_bytes
 
 OFF, ON, INTEGRATOR = mujoco.mjtDisableBit, mujoco.mjtEnableBit, mujoco.mjtIntegrator
+MOST_BYTES = 500e6  # of a mesh, a height field or a texture
 SWITCHED_OFF = {  # flag -> what a file that disables it goes without
     OFF.mjDSBL_CONSTRAINT: (
         "constraint",
@@ -46,6 +49,8 @@ def read(file: BodyFile, gravity: float, key: str, source: object, notes: list[s
         fix = "give the path of an MJCF file, or package://bodies/models/NAME.xml for one that comes with the project"
         raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix=fix)
     check_file(path)
+    for asset in assets(path):
+        check_bytes(asset, MOST_BYTES, "make it smaller, e.g. a mesh of fewer triangles")
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

@@ -5,7 +5,6 @@ Each is an entry point of the group `spindrift.commands` (`fsi.plugins`); what a
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -13,8 +12,9 @@ import typer
 from rich.console import Console
 
 from fsi import runner
-from fsi.command import AsJson, Settings
+from fsi.command import AsJson, Settings, Trust
 from fsi.errors import RunError
+from fsi.strict_json import dumps
 
 
 def validate(
@@ -33,6 +33,7 @@ def validate(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Runs at a time, each on a core of its own, with one thread.")] = 1,
     figures: Annotated[bool, typer.Option("--figures", help="A page with pictures for each run.")] = False,
+    trust: Trust = False,
     pages: Annotated[
         bool, typer.Option("--pages", help="Run nothing: write a page for each case from kept rows.")
     ] = False,
@@ -53,10 +54,11 @@ def validate(
         threads=threads,
         jobs=jobs,
         figures=figures,
+        trust=trust,
         quiet=quiet,
     )
     if as_json:
-        print(json.dumps([row.as_dict() for row in result.rows]))
+        print(dumps([row.as_dict() for row in result.rows]))
     else:
         console = Console()
         console.width = max(console.width, 100)  # the table's, also where the output is no terminal
@@ -87,11 +89,11 @@ def bench(
         from cases.bench.ranks import cost_of_ranks, lines
 
         rows = cost_of_ranks(ranks, scene, tuple(settings or ()))
-        print(json.dumps(rows) if as_json else "\n".join(lines(rows)))
+        print(dumps(rows) if as_json else "\n".join(lines(rows)))
         return
     result = runner.bench(quick=quick, large=large, out=out, quiet=quiet)
     if as_json:
-        print(json.dumps(result.result))
+        print(dumps(result.result))
         return
     for table in result.tables():
         Console().print(table)
@@ -112,16 +114,24 @@ def sweep(
     csv: Annotated[bool, typer.Option("--csv", help="Also write the table as CSV.")] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="Also write the table as Parquet.")] = False,
     retry: Annotated[bool, typer.Option("--retry", help="Run failed runs again.")] = False,
+    trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run a parameter study, or go on with one that was stopped."""
-    options = {"workers": workers, "scheduler": scheduler, "threads": threads, "retry": retry, "quiet": quiet}
+    options = {
+        "workers": workers,
+        "scheduler": scheduler,
+        "threads": threads,
+        "retry": retry,
+        "trust": trust,
+        "quiet": quiet,
+    }
     result = runner.sweep(study, out=out, **options)
     from cases.study.summary import summary, summary_lines
 
     facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])
-    print(json.dumps(facts, default=float) if as_json else "\n".join(summary_lines(facts)))
+    print(dumps(facts) if as_json else "\n".join(summary_lines(facts)))
     if facts["runs"] and not facts["done"]:
         raise RunError(f"all {facts['runs']} runs failed: {facts['reasons'][0]}")
     if failed := facts["runs"] - facts["done"]:
@@ -131,3 +141,22 @@ def sweep(
 def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
     """Write the report of a run or a study: one HTML page, and its plots as PNG."""
     print(runner.report(directory))
+
+
+def new(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="flap, float, flume or coast.")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the files; KIND if not given.")] = None,
+) -> None:
+    """Write a commented scene to start from."""
+    from cases.new import new as write
+
+    scene, *others = write(kind, out or Path(kind))
+    print("\n".join(map(str, (scene, *others))))
+    print(f"run it by: fsi run {scene}")
+
+
+def schema() -> None:
+    """Print the JSON schema of a scene file, for editors."""
+    from fsi.scene.schema import scene_schema
+
+    print(dumps(scene_schema(), indent=2))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,11 +17,14 @@ from typer.core import TyperCommand, TyperGroup
 
 import fsi
 from fsi import plugins, runner
-from fsi.errors import RunError, SceneError
+from fsi.errors import RunError, SceneError, short
+from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
+from fsi.simulation.signals import at_once
+from fsi.strict_json import dumps
 
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
@@ -40,7 +44,7 @@ class Registered(TyperCommand):
             with exit_codes():
                 return function(*values, **named)
 
-        single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        single = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
         single.command(self.name)(call)
         return typer.main.get_command(single).make_context(info_name, args, parent=parent, **extra)
 
@@ -62,7 +66,7 @@ app = typer.Typer(
     cls=Commands,
     help="Explicit incompressible SPH, coupled to rigid bodies in MuJoCo.",
     no_args_is_help=True,
-    add_completion=False,
+    rich_markup_mode="markdown",  # the default takes units in brackets for styles
     pretty_exceptions_enable=False,
 )
 
@@ -75,6 +79,7 @@ Arrangement = Annotated[
     str | None,
     typer.Option(metavar="4x1x1", help="Processes along x, y and z, as mpiexec starts them; chosen if not given."),
 ]
+Trust = Annotated[bool, typer.Option("--trust", help="Run the Python code that it names: docs/guide/trust.md.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
@@ -104,14 +109,32 @@ def exit_codes() -> Iterator[None]:
         code = _fail(error, FAILED)
     except KeyboardInterrupt:
         code = _fail("interrupted", INTERRUPTED)
+    except OSError as fault:
+        if not fault.filename:
+            raise
+        code = _fail(f"{short(fault.filename)}: {fault.strerror}", WRONG_INPUT)
     else:
         return
     raise typer.Exit(code)
 
 
 def _fail(error: object, code: int) -> int:
-    print(error, file=sys.stderr)
+    Messages()(str(error))
     return code
+
+
+def _result(text: str) -> None:
+    """The result of a run on stdout: where nobody reads it, the run is no less done."""
+    try:
+        print(text, flush=True)
+    except (OSError, ValueError) as fault:
+        _lost(fault)
+
+
+def _lost(fault: Exception) -> None:
+    Messages()(f"stdout cannot be written: {getattr(fault, 'strerror', None) or fault}")
+    with suppress(OSError):  # what waits to be written goes nowhere, and Python does not try again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 @app.command()
@@ -123,6 +146,7 @@ def run(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     live: Annotated[bool, typer.Option("--live", help="Show the timeline in the browser as the run goes on.")] = False,
+    trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
     ranks: Arrangement = None,
     as_json: AsJson = False,
@@ -137,14 +161,15 @@ def run(
             overrides=settings or (),
             level=level,
             live=live,
+            trust=trust,
             quiet=quiet,
             ranks=member,
         )
         if as_json:
-            print(json.dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
+            _result(dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
         else:
             lost = f", {result.lost_particles} particles lost" if result.lost_particles else ""
-            print(
+            _result(
                 f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps, "
                 f"{result.wall_seconds:.1f} s of wall time{lost}"
             )
@@ -165,20 +190,20 @@ def check(
     ranks: Arrangement = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the resolved scene, as TOML, and what a run of it would take."""
+    """Print the resolved scene, as TOML, and what a run of it would take. No code that it names is run."""
     with exit_codes():
         result = runner.check(
             scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads, ranks=ranks
         )
         if as_json:
-            print(json.dumps(result | {"scene": result["scene"].model_dump(mode="json")}, default=float))
+            print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
         shares = _rank_lines(result["ranks"]) if ranks else []
         for line in (*result["waves"], *_estimate_lines(result["estimate"]), *shares):
             print(f"# {line}")
         for line in (*result["warnings"], *result["notes"]):
-            print(line, file=sys.stderr)
+            Messages()(line)
 
 
 def _estimate_lines(estimate: dict) -> list[str]:
@@ -207,8 +232,9 @@ def _estimate_lines(estimate: dict) -> list[str]:
 def _rank_lines(plan: dict) -> list[str]:
     unequal = plan["imbalance"]
     lines = [
-        f"ranks: {'x'.join(map(str, plan['shape']))}; largest over mean: {unequal['equal']:.3f} of the particles in boxes of equal "
-        f"size, {unequal['particles']:.3f} in boxes balanced by particles, {unequal['work']:.3f} of the work as a run balances it"
+        f"ranks: {'x'.join(map(str, plan['shape']))}; largest over mean: {unequal['equal']:.3f} of the particles in boxes "
+        f"of equal size, {unequal['particles']:.3f} in boxes balanced by particles, {unequal['work']:.3f} of the work as a run "
+        "balances it"
     ]
     axes = "xz" if len(plan["shape"]) == 2 else "xyz"
     for number, rank in enumerate(plan["ranks"]):
@@ -216,8 +242,8 @@ def _rank_lines(plan: dict) -> list[str]:
         ends = ((a, *("" if end is None else f"{end:.4g}" for end in both)) for a, *both in sides)
         box = ", ".join(f"{axis} {low}..{high}" for axis, low, high in ends if low or high)
         lines.append(
-            f"rank {number}: {box or 'everything'}: {rank['fluid']} fluid, {rank['boundary']} boundary, {rank['ghosts']} ghosts, "
-            f"work {rank['work']:.3f}, {rank['memory_bytes'] / 1e6:.0f} MB"
+            f"rank {number}: {box or 'everything'}: {rank['fluid']} fluid, {rank['boundary']} boundary, "
+            f"{rank['ghosts']} ghosts, work {rank['work']:.3f}, {rank['memory_bytes'] / 1e6:.0f} MB"
         )
     return lines
 
@@ -227,6 +253,7 @@ def resume(
     directory: RunDirectory,
     until: Until = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
     ranks: Arrangement = None,
 ) -> None:
@@ -234,8 +261,8 @@ def resume(
     from fsi.resuming import resume as go_on
 
     with exit_codes(), runner.joined(ranks) as member:
-        result = go_on(directory, until=until, threads=threads, quiet=quiet, ranks=member)
-        print(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
+        result = go_on(directory, until=until, threads=threads, trust=trust, quiet=quiet, ranks=member)
+        _result(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
         if result.exit_code:
             raise typer.Exit(result.exit_code)
 
@@ -270,11 +297,19 @@ def view(
 @app.command("export")
 def export_run(
     directory: RunDirectory,
-    to: Annotated[Literal["nc", "csv"], typer.Option(help="netCDF, or one wide CSV table.")] = "nc",
+    to: Annotated[
+        Literal["nc", "csv", "vtk", "surface"],
+        typer.Option(
+            help="netCDF, or one wide CSV table; VTKHDF files of particles, bodies and walls, or of the fluid's surface."
+        ),
+    ] = "nc",
 ) -> None:
-    """Write the time series of a run as a netCDF or CSV file."""
+    """Write the time series of a run as a netCDF or CSV file, or its particles, bodies or surface for ParaView."""
     with exit_codes():
-        print(export(directory, to))
+        if to in ("vtk", "surface"):
+            print("\n".join(map(str, plugins.function("vtk")(directory, to))))
+        else:
+            print(export(directory, to))
 
 
 @app.command()
@@ -292,11 +327,24 @@ def cases(as_json: AsJson = False) -> None:
 
 def main() -> None:
     """The command `fsi`. After a signal nothing is waited for any more: queues kill what lingers."""
+    open_closed_streams()
+    code: object = 0
     try:
-        app()
+        with at_once(Messages()):
+            app()
     except SystemExit as ended:
-        if ended.code not in (INTERRUPTED, TERMINATED):
+        code = ended.code
+    except OSError as fault:
+        if fault.filename or fault.errno not in (errno.ENOSPC, errno.EIO, errno.EPIPE, errno.EBADF):
             raise
+        _lost(fault)
+        code = FAILED
+    try:
         sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(ended.code)
+    except (OSError, ValueError) as fault:
+        _lost(fault)
+        code = code or FAILED
+    if code in (INTERRUPTED, TERMINATED):
+        Messages().flush()
+        os._exit(code)
+    raise SystemExit(code)

@@ -65,8 +65,8 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
 
 
 def shared(scene: Scene, arrangement: str, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
-    """What a run on ranks arranged as 4x1x1 would give each of them at the start: `shape`; `imbalance`, the largest over the mean
-    number of particles in boxes of equal size (`equal`), in boxes balanced by `particles`, and the same of work in boxes
+    """What a run on ranks arranged as 4x1x1 would give each of them at the start: `shape`; `imbalance`, the largest over the
+    mean number of particles in boxes of equal size (`equal`), in boxes balanced by `particles`, and the same of work in boxes
     balanced by `work`, which a run takes; and of these for each of the `ranks` box (`low`, `high`, None where open), `fluid`,
     `boundary`, `ghosts`, share of the mean work, and `memory_bytes`, the whole layout at the start included."""
     from fsi.ranks.balance import planned, shares

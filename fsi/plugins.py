@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 OURS = "spindrift"
+_GROUPS = ("commands", "functions", "engines", "couplers", "waves", "fields", "scenes", "cases")
 
 
 def registered(group: str) -> dict[str, tuple[EntryPoint, ...]]:
@@ -131,6 +132,12 @@ def folders(group: str) -> list[Path]:
                 raise SceneError(fault, fix=f"repair or uninstall {package}")
             found.append(place)
     return found
+
+
+def packages() -> list[Path]:
+    """Folders of the packages that have registered anything; nothing is imported."""
+    tops = {entry.module.partition(".")[0] for group in _GROUPS for es in registered(group).values() for entry in es}
+    return [place for top in sorted(tops) if (place := _place(top)) is not None]
 
 
 def function(name: str) -> Any:

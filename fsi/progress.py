@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 import time
+
+from fsi.messages import Messages
 
 COMPILING = "compiling the sweeps for this scene; once per scene kind"
 LINE_EVERY = 30.0  # [s] of wall time, where stderr is a file or a pipe
@@ -16,10 +17,10 @@ class Progress:
     Use as a context and call it with the simulation after each step.
     """
 
-    def __init__(self, duration: float, *, quiet: bool = False):
+    def __init__(self, duration: float, say: Messages | None = None, *, quiet: bool = False):
         self._duration = duration
-        self._quiet = quiet
-        self._terminal = not quiet and sys.stderr.isatty()
+        self._quiet, self._say = quiet, say or Messages(quiet)
+        self._terminal = not quiet and self._say.terminal
         self._status = None
         self._start = time.perf_counter()
         self._next = self._start + (0 if self._terminal else LINE_EVERY)
@@ -29,10 +30,10 @@ class Progress:
         if self._terminal:
             from rich.console import Console
 
-            self._status = Console(stderr=True).status(COMPILING)
+            self._status = Console(file=self._say).status(COMPILING)
             self._status.start()
-        elif not self._quiet:
-            print(COMPILING, file=sys.stderr, flush=True)
+        else:
+            self._say(COMPILING)
         return self
 
     def __exit__(self, *_) -> None:
@@ -49,7 +50,7 @@ class Progress:
         if self._status:
             self._status.update(line)
         else:
-            print(line, file=sys.stderr, flush=True)
+            self._say(line)
         self._next = now + (UPDATE_EVERY if self._terminal else LINE_EVERY)
 
     def _line(self, now: float, steps: int, simulated: float) -> str:

@@ -127,6 +127,9 @@ class BodySet(Stateful, Protocol):
     def place(self, position: dict[str, float], velocity: dict[str, float]) -> None:
         """Set the named joints (prescribed motion) and leave the rest as it is."""
 
+    def site(self, name: str) -> tuple[int, np.ndarray] | None:
+        """Number of the wet body that has the named site, and where it is now (3,) [m]; None where none has it."""
+
     def visuals(self) -> list[Visual]:
         """Triangle meshes of every geom that is drawn, in the frame of its body."""
 

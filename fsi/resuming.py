@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from pathlib import Path
 
 from fsi.errors import SceneError
-from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
+from fsi.messages import Messages
+from fsi.record.run_folder import RunFolder, damage_of, liveness, process
 from fsi.runner import Run, finish, opened
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
+from fsi.trust import trusting
 
 
 def resume(
-    directory: str | Path, *, until: float | None = None, threads: int | None = None, quiet: bool = False, ranks=None
+    directory: str | Path,
+    *,
+    until: float | None = None,
+    threads: int | None = None,
+    trust: bool = False,
+    quiet: bool = False,
+    ranks=None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
-    that was never stopped, bit for bit; `wall_time` apart.
+    that was never stopped, bit for bit; `wall_time` apart. `trust` lets the Python code run that the scene names (`fsi.trust`).
 
     Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
     RunError where the run fails.
     """
     path = Path(directory)
-    say = (lambda line: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
-    folder = ranks.folder(RunFolder, path) if ranks else RunFolder(path)
-    folder.manifest = manifest = read_manifest(path)
-    status = liveness(manifest)
+    taken = ranks.folder(RunFolder.open, path) if ranks else RunFolder.open(path)
+    with taken as folder, trusting(trust):
+        return _go_on(folder, until, threads, Messages(quiet), quiet, ranks)
+
+
+def _go_on(folder: RunFolder, until: float | None, threads: int | None, say: Messages, quiet: bool, ranks=None) -> Run:
+    path, manifest = folder.path, folder.manifest
+    status = liveness(manifest, claimed=True)
     if status == "running":
         fault = f"{path} holds a run that is going on (process {manifest['pid']} on {manifest['host']})"
         raise SceneError(fault, fix="wait for it, or stop it first")
@@ -66,19 +77,21 @@ def recover(directory: str | Path) -> str:
     """Complete `run.mcap` of a run that was killed, with its summary, and say so in `run.json`; a line on what was found.
     Nothing is done to a run that is going on (SceneError) or has been completed."""
     path = Path(directory)
-    folder = RunFolder(path)
-    folder.manifest = manifest = read_manifest(path)
-    if liveness(manifest) == "running":
-        raise SceneError(f"{path} holds a run that is going on (process {manifest['pid']})", fix="stop it first")
-    if liveness(manifest) == "killed":
-        folder.write(status="killed", reason="the process ended without a word")
-    log = path / "run.mcap"
-    if not log.is_file():
-        return f"{path} has no log"
-    from fsi.record.mcap_reader import rewrite
+    with RunFolder.open(path) as folder:
+        status = liveness(folder.manifest, claimed=True)
+        if status == "running":
+            raise SceneError(f"{path} holds a run that is going on (on {folder.manifest['host']})", fix="stop it first")
+        if status == "killed":
+            folder.write(status="killed", reason="the process ended without a word")
+        log = path / "run.mcap"
+        if not log.is_file():
+            return f"{path} has no log"
+        from fsi.record.mcap import rewrite
+        from fsi.record.mcap_reader import read_log
 
-    count, complete = rewrite(log)
-    return f"{log}: {count} messages, {'was complete' if complete else 'now complete'}"
+        damage = damage_of(read_log(log), folder.manifest)
+        count, whole = rewrite(log)
+    return f"{log}: {count} messages, {'was complete' if whole else 'now complete'}" + (damage and f"; {damage}")
 
 
 def differences(found: dict, here: dict) -> list[str]:

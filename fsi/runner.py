@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,13 +13,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fsi.errors import SceneError
+from fsi.messages import Messages
 from fsi.plugins import function
 from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids
-from fsi.scene.file import load_scene
+from fsi.scene.file import load_scene, scene_folder
 from fsi.scene.model import Scene
+from fsi.scene.paths import outside_notes
+from fsi.trust import checking, trusting
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -57,39 +59,40 @@ def run(
     overrides: Iterable[str] = (),
     level: str | None = None,
     live: bool = False,
+    trust: bool = False,
     quiet: bool = False,
     ranks=None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
-    `live` shows the timeline in the browser as the run goes on, on this machine only. `ranks`: this process as one of several
-    that the run is shared among (`joined`).
+    `live` shows the timeline in the browser as the run goes on, on this machine only. `trust` lets the Python code run that
+    the scene names (`fsi.trust`). `ranks`: this process as one of several that the run is shared among (`joined`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
     """
-    scene, label = _load(scene, overrides, until, level)
-    say = _silent if quiet else _say
-    bodies, coupler, ground = bind(scene, label)
+    source, (scene, label) = scene, _load(scene, overrides, until, level)
+    say = Messages(quiet)
+    with trusting(trust):
+        bodies, coupler, ground = bind(scene, label)
     warnings = _warnings(scene, bodies, ground, label)
-    for line in (*warnings, *(bodies.notes if bodies else ())):
+    for line in (*warnings, *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)):
         say(line)
-    folder = ranks.folder(RunFolder.choose, scene, out) if ranks else RunFolder.choose(scene, out)
     from fsi.estimate import check_room
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    viewer = _viewer() if live and not (ranks and not ranks.root) else None
-    recorders = opened(ranks, open_recorders, scene, folder.path, viewer and viewer.sink)
-    threads = ranks.threads(threads) if ranks else threads
-    sim = Simulation(
-        scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads, ranks=ranks
-    )
-    check_room(scene, bodies, sim.counts["fluid"], folder.path)
-    folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
-    say(f"writing to {folder.path}")
-    return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+    taken = ranks.folder(RunFolder.choose, scene, out) if ranks else RunFolder.choose(scene, out)
+    with taken as folder:
+        viewer = _viewer() if live and (ranks is None or ranks.root) else None
+        recorders = opened(ranks, open_recorders, scene, folder.path, viewer and viewer.sink)
+        parts = {"bodies": bodies, "coupler": coupler, "ground": ground, "recorders": recorders}
+        sim = Simulation(scene, **parts, threads=ranks.threads(threads) if ranks else threads, ranks=ranks)
+        check_room(scene, bodies, sim.counts["fluid"], folder.path)
+        folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
+        say(f"writing to {folder.path}")
+        return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
 
 
 @contextmanager
@@ -112,7 +115,9 @@ def opened(ranks, open_recorders, *arguments) -> list:
     return ranks.recorders(lambda: open_recorders(*arguments)) if ranks else open_recorders(*arguments)
 
 
-def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=None, quiet: bool = False) -> Run:
+def finish(
+    sim, folder: RunFolder, recorders: list, until: float, say: Messages, viewer=None, quiet: bool = False
+) -> Run:
     """Run a simulation to `until` [s] in its folder, with a line of progress."""
     from fsi.progress import Progress
     from fsi.simulation.logged import carry_out
@@ -121,10 +126,12 @@ def finish(sim, folder: RunFolder, recorders: list, until: float, say, viewer=No
     told: list[str] = [
         event.text for event in sim.events
     ]  # texts of the events so far, whose warnings are said at once
-    with _watched(viewer, say), Progress(until, quiet=quiet) as progress:
+    with _watched(viewer, say), Progress(until, say, quiet=quiet) as progress:
 
         def on_step(sim) -> None:
             progress(sim)
+            if fault := say.new_fault():
+                sim.report("warning", f"messages are lost: {fault}")
             for event in sim.events[len(told) :]:
                 told.append(event.text)
                 if event.level == "warning":
@@ -151,19 +158,20 @@ def check(
     threads: int | None = None,
     ranks: str | None = None,
 ) -> dict[str, Any]:
-    """What a run of the scene would be: `scene` (resolved), `estimate` (particle counts, memory_bytes, steps,
-    seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
-    are run and timed (`fsi.estimate.measured`); `ranks`: what each of the processes arranged as this, such as 4x1x1, would have
-    to do, where that is asked for (`fsi.estimate.shared`).
+    """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
+    counts, memory_bytes, steps, seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from
+    so many steps that are run and timed (`fsi.estimate.measured`); `ranks`: what each of the processes arranged as this, such
+    as 4x1x1, would have to do, where that is asked for (`fsi.estimate.shared`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
-    scene, label = _load(scene, overrides, until, level)
-    bodies, coupler, ground = bind(scene, label)
+    source, (scene, label) = scene, _load(scene, overrides, until, level)
+    with checking():
+        bodies, coupler, ground = bind(scene, label)
     from fsi.estimate import checkpoint_cost, estimate, measured, shared
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
-    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ())]
+    notes = [*cost.pop("notes"), *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)]
     cost |= checkpoint_cost(scene, cost)
     if measure:
         cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
@@ -187,25 +195,18 @@ def validate(
     threads: int | None = None,
     jobs: int = 1,
     figures: bool = False,
+    trust: bool = False,
     quiet: bool = False,
 ) -> Any:
     """Run validation cases and keep their rows, plots and VALIDATION.md; see `cases.validation.engine.validate`."""
-    say = _silent if quiet else _say
-    return function("validate")(
-        tuple(names),
-        levels=tuple(levels),
-        solvers=tuple(solvers),
-        out=out,
-        threads=threads,
-        jobs=jobs,
-        figures=figures,
-        say=say,
-    )
+    options = {"out": out, "threads": threads, "jobs": jobs, "figures": figures, "say": Messages(quiet)}
+    with trusting(trust):
+        return function("validate")(tuple(names), levels=tuple(levels), solvers=tuple(solvers), **options)
 
 
 def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False) -> Any:
     """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
-    return function("bench")(quick=quick, large=large, out=out, say=_silent if quiet else _say)
+    return function("bench")(quick=quick, large=large, out=out, say=Messages(quiet))
 
 
 def sweep(study: Any, **options: Any) -> Any:
@@ -226,6 +227,13 @@ def _load(
     overrides = [*overrides, *([] if until is None else [f"duration={until!r}"])]
     scene = load_scene(source, overrides, level)
     return scene, scene.name if isinstance(source, Scene) else Path(source).name
+
+
+def _outside(scene: Scene, source: Scene | str | Path, bodies) -> list[str]:
+    """Notes on files outside the folder of the scene file; a scene that was made in Python has no folder."""
+    if isinstance(source, Scene):
+        return []
+    return outside_notes(scene, scene_folder(source), getattr(bodies, "files", ()))
 
 
 def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
@@ -254,11 +262,3 @@ def _watched(viewer, say):
         say(f"live view: {viewer.page}")
         open_browser(viewer.page)
         yield
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
-def _silent(line: str) -> None:
-    pass

@@ -11,6 +11,7 @@ from fsi.record.run_folder import RunFolder
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
+from fsi.trust import trusting
 
 
 def open(
@@ -20,6 +21,7 @@ def open(
     threads: int | None = None,
     overrides: Iterable[str] = (),
     level: str | None = None,
+    trust: bool = False,
 ) -> Session:
     """Open a scene, a scene file or a built-in scene, with the bodies, the coupler and the bathymetry that it names:
 
@@ -29,9 +31,11 @@ def open(
                 print(sim.time, sim.data.qpos)
 
     With `out` the run is recorded into that folder as by `fsi.run`; without, nothing is written. `threads` are all cores
-    if not given; `overrides` and `level` are as in `fsi.load_scene`. Raises SceneError where the input is wrong.
+    if not given; `overrides` and `level` are as in `fsi.load_scene`; `trust` lets the Python code run that the scene names
+    (`fsi.trust`). Raises SceneError where the input is wrong.
     """
-    return Session(load_scene(scene, overrides, level), out, threads)
+    with trusting(trust):
+        return Session(load_scene(scene, overrides, level), out, threads)
 
 
 class Session:
@@ -42,12 +46,17 @@ class Session:
 
     def __init__(self, scene: Scene, out: str | Path | None = None, threads: int | None = None):
         self.scene = scene
-        self._stack = ExitStack()
+        with ExitStack() as self._stack:  # what is open so far is closed where the rest fails
+            self._open(scene, out, threads)
+            self._stack = self._stack.pop_all()
+        self._closed = False
+
+    def _open(self, scene: Scene, out: str | Path | None, threads: int | None) -> None:
         folder, recorders = None, []
         if out is not None:
             from fsi.record.background import open_recorders
 
-            folder = RunFolder.choose(scene, out)
+            folder = self._stack.enter_context(RunFolder.choose(scene, out))
             recorders = open_recorders(scene, folder.path)
         self.simulation = Simulation(scene, recorders=recorders, threads=threads)
         self._stack.callback(self.simulation.close)
@@ -56,7 +65,6 @@ class Session:
 
             folder.create(scene, threads=self.simulation.threads, particles=self.simulation.counts)
             self._stack.enter_context(logged(self.simulation, folder, recorders))
-        self._closed = False
 
     def __enter__(self) -> Session:
         return self

@@ -13,6 +13,7 @@ from bodies.shapes.primitives import Placed, Together
 from bodies.shapes.shells import Shells, merged, shells
 from fsi.errors import SceneError
 from fsi.protocols import Solid
+from fsi.trust import check_bytes
 
 BY_HAND = "in a CAD or mesh program (Blender: Mesh > Clean Up, Mesh > Normals, Boolean union)"
 Crop = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a box, each (dim,) [m]
@@ -92,6 +93,10 @@ def section(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np
     return cut(above & ~later), cut(~above & later)
 
 
+FORMATS = (".stl", ".obj", ".ply", ".off")  # archives are not among them: what comes out of them has no limit
+MOST_BYTES = 500e6  # of a mesh file; ten million triangles of a binary STL
+
+
 def mesh_solid(
     path: str | Path, dimension: int, source: object = "", key: str = "tank.bathymetry", crop: Crop | None = None
 ) -> Solid:
@@ -103,6 +108,9 @@ def mesh_solid(
     path = Path(path)
     if not path.is_file():
         raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix="give the path of an STL, OBJ or PLY file")
+    if path.suffix.lower() not in FORMATS:
+        raise SceneError(f"{path.suffix!r} is no mesh format read here", file=path, fix="export it as STL, OBJ or PLY")
+    check_bytes(path, MOST_BYTES, "export it with fewer triangles, as binary STL")
     try:
         loaded = trimesh.load_mesh(path)
     except Exception as error:  # each format raises its own kind

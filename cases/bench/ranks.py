@@ -23,8 +23,8 @@ TANK = "tank_still"
 
 
 def timed(scene: str, settings: list[str], steps: int, threads: int, member=None) -> dict:
-    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; `waited`, the share of the
-    time that it waited for others; `sent`, the bytes of a step by purpose; `own` and `ghosts`, its particles."""
+    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; `waited`, the share of
+    the time that it waited for others; `sent`, the bytes of a step by purpose; `own` and `ghosts`, its particles."""
     from fsi.simulation.loop import Simulation
 
     sim = Simulation(load_scene(scene, settings), threads=threads, ranks=member)
@@ -54,7 +54,9 @@ def timed(scene: str, settings: list[str], steps: int, threads: int, member=None
     return facts
 
 
-def cost_of_ranks(numbers: list[int], scene: str = TANK, settings: tuple[str, ...] = (), steps: int = STEPS) -> list[dict]:
+def cost_of_ranks(
+    numbers: list[int], scene: str = TANK, settings: tuple[str, ...] = (), steps: int = STEPS
+) -> list[dict]:
     """A row for each number of ranks: `ranks`, `seconds` of a step there and in one process with as many `threads`, the
     `speed` of the ranks over that of the threads, bytes and waiting (`timed`). Raises RunError where a run fails."""
     rows = []

@@ -4,15 +4,15 @@ A step of a box of N fluid particles on P ranks takes
 
     T(P) = I N t / P + G g + R (n L + G b / B) + C L log2 P + S + W
 
-t: seconds of a fluid particle with its sweeps, its share of the boundary included; I: imbalance, of whole slices; G: ghosts of a
-rank, those in a layer of `width` spacings around its box, at g seconds each to take in and to sort; R: refreshes of ghosts in a step,
-b bytes each, over a network of latency L [s] and B [bytes/s] to n neighbours; C: reductions over all ranks; S: serial time of
-a step (Python, MuJoCo in lockstep); W: the logged frames, which the root gathers.
+t: seconds of a fluid particle with its sweeps, its share of the boundary included; I: imbalance, of whole slices; G: ghosts
+of a rank, those in a layer of `width` spacings around its box, at g seconds each to take in and to sort; R: refreshes of
+ghosts in a step, b bytes each, over a network of latency L [s] and B [bytes/s] to n neighbours; C: reductions over all ranks;
+S: serial time of a step (Python, MuJoCo in lockstep); W: the logged frames, which the root gathers.
 
 The measured inputs are those of `fsi bench --ranks N --json`, see `measured`. What the source reports is printed beside the
 prediction: scaling of an explicit ISPH code with boxes of cells on Compute Canada's Guillimin (JOEME 2017, doi
-10.1007/s40722-016-0070-6). Its machine and its numerics are not ours, its minima of ranks are not given: the trend compares, the
-figures need not.
+10.1007/s40722-016-0070-6). Its machine and its numerics are not ours, its minima of ranks are not given: the trend compares,
+the figures need not.
 """
 
 from __future__ import annotations
@@ -145,7 +145,10 @@ def limits(sides: tuple[float, ...], particles: float, ranks: int, steps_frame: 
     found = [
         (whole / LIMITS_RANK, f"every rank builds the whole scene: {whole / 1e9:.3g} GB before it keeps its part"),
         (12 * cells / LIMITS_RANK, f"every rank has a grid over the whole tank: {12 * cells / 1e9:.3g} GB"),
-        (60 * particles / (8 * LIMITS_RANK), f"a checkpoint and a frame of particles are gathered: {60 * particles / 1e9:.3g} GB"),
+        (
+            60 * particles / (8 * LIMITS_RANK),
+            f"a checkpoint and a frame of particles are gathered: {60 * particles / 1e9:.3g} GB",
+        ),
         (particles / 2**31, f"labels are 32 bits wide: {particles / 2**31:.2g} of them are used"),
         (cells / 2**31, f"places in the order of cells are 32 bits wide: {cells / 2**31:.2g} of them are used"),
         (cells / 2**40, f"keys have 40 bits for a cell: {cells / 2**40:.2g} of them are used"),

@@ -21,6 +21,7 @@ from io import BytesIO
 from pathlib import Path
 
 from fsi.errors import SceneError
+from fsi.record.files import new_file, write_text
 
 DPI = 144  # of the PNGs, one and a half times what a page 1200 px wide shows
 
@@ -84,11 +85,12 @@ class Page:
         Raises SceneError where it cannot be written."""
         file = Path(file)
         try:
-            file.write_text(self.html(), encoding="utf-8")
+            write_text(file, self.html())
             if images is not None:
                 Path(images).mkdir(parents=True, exist_ok=True)
                 for name, png in self.images().items():
-                    Path(images, name).write_bytes(png)
+                    with new_file(Path(images, name)) as new:
+                        new.write_bytes(png)
         except OSError as fault:
             raise SceneError(
                 f"{fault.filename} cannot be written: {fault.strerror}", fix="choose another folder"

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts, wave_figures
+from cases.report.figure import exceeded
 from cases.report.page import Page, Section
 from cases.report.scene_facts import scene_facts
 from cases.report.snapshot import snapshot_figure
 from fsi.errors import SceneError
 from fsi.progress import clock
-from fsi.record.run_folder import load_run, read_manifest
+from fsi.record.run_folder import frames_of, read_manifest
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 
@@ -22,6 +23,10 @@ SERIES = (  # title, variables; one figure each where the run has them
     ("Sensors", ("sensor_reading",)),
     ("Waves", ("elevation",)),
     ("Pressure", ("pressure",)),
+    ("Loads on fixed structures", ("load_force", "load_torque", "load_centre")),
+    ("Discharge", ("discharge", "passed_volume")),
+    ("Velocity", ("velocity",)),
+    ("Run-up and flooding", ("runup_height", "runup_distance", "wet_area", "inundation_depth", "layer_thickness")),
     ("Motion of the bodies", ("displacement",)),
 )
 ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
@@ -36,13 +41,12 @@ def report(folder: str | Path) -> Path:
 
     Raises SceneError where the folder holds no run or no log."""
     folder = Path(folder)
-    facts, data = read_manifest(folder), load_run(folder)
-    if data.sizes.get("time", 0) == 0:
-        fix = "see run.json for how it ended; `fsi resume` goes on with a run that has a checkpoint"
-        raise SceneError(f"{folder} holds a run without a single frame (status {data.attrs['status']})", fix=fix)
+    facts, data = read_manifest(folder), frames_of(folder)
     scene = load_scene(folder / "scene.toml")
     page = Page(scene.name, scene.description or f"{scene.dimension}D run of {facts.get('simulated_seconds', 0):g} s")
     _summary(page.section("Summary"), scene, facts)
+    if data.attrs["damage"]:
+        page.section("Damage").text(data.attrs["damage"])
     _figures(page.section("Key figures"), data, scene)
     _series(page.section("Time series"), data)
     _snapshots(page.section("Particles"), folder, data, scene)
@@ -82,7 +86,9 @@ def _figures(section: Section, data, scene: Scene) -> None:
             "and no mean power. Loads are over the whole run."
         )
         start = 0.0
-        found = [f for f in _whole(data, scene) if f.name.endswith(("_max", "_1pct", "_rms"))]
+        found = [
+            f for f in _whole(data, scene) if f.name.endswith(("_max", "_1pct", "_rms", "discharge_mean", "per_metre"))
+        ]
         seconds = float(data.time[-1]) if data.sizes["time"] else 0.0
     errors = {f.key: f.value for f in found if f.name.endswith("_error")}
     rows = []
@@ -117,7 +123,7 @@ def _sensor_rows(data, seconds: float) -> list[list[str]]:
     for name in map(str, part.sensor.values):
         values, unit = np.abs(part.sel(sensor=name).values), part.attrs["units"]
         rows.append(["largest reading", name, f"{values.max():.4g}", unit])
-        rows.append(["reading exceeded 1 % of the time", name, f"{wave_figures.exceeded(values):.4g}", unit])
+        rows.append(["reading exceeded 1 % of the time", name, f"{exceeded(values):.4g}", unit])
     return rows
 
 

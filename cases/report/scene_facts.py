@@ -22,8 +22,8 @@ def scene_facts(scene: Scene) -> dict[str, str]:
     if scene.bodies:
         facts["bodies"] = ", ".join(f"{name} ({file.mjcf.name})" for name, file in scene.bodies.items())
         facts["coupling"] = scene.coupler.scheme.replace("_", " ")
-    for name, found in {"gauges": scene.gauges, "probes": scene.probes}.items():
-        if found:
+    for name in ("gauges", "probes", "velocimeters", "depths", "fluxes", "runups", "areas", "loads"):
+        if found := getattr(scene, name):
             facts[name] = ", ".join(found)
     return facts
 

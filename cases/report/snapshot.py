@@ -32,7 +32,7 @@ def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene)
     rows = math.ceil(len(shots) / columns)
     wide = charts.WIDTH / columns
     figure, panels = charts.canvas(rows, columns, height=min(0.86 * wide * height / length + 0.75, 6.0))
-    visuals, field = _visuals(scene), scene.output.fields[0]
+    visuals, field = visuals_of(scene), scene.output.fields[0]
     for panel, shot in zip(panels, shots, strict=False):
         _panel(panel, shot, scene, visuals, data)
     for panel in panels[len(shots) :]:
@@ -88,7 +88,7 @@ def _legend(figure, panels, scene: Scene, field: str) -> None:
     figure.colorbar(colours, ax=panels, label=label, shrink=min(0.9, 1.6 / rows), aspect=20, pad=0.02)
 
 
-def _visuals(scene: Scene) -> list:
+def visuals_of(scene: Scene) -> list:
     """Meshes of the scene's bodies; none where they cannot be loaded any more."""
     if not scene.bodies:
         return []
@@ -103,14 +103,14 @@ def _visuals(scene: Scene) -> list:
 def _bodies_at(time: float, visuals, data) -> Iterable[np.ndarray]:
     """Triangles (m, 3, 2) of every mesh in x and z at a time, where the log has the pose of its body."""
     for visual in visuals:
-        pose = _pose(visual.body, time, data)
+        pose = pose_at(visual.body, time, data)
         if pose is not None:
             position, rotation = pose
             world = visual.vertices @ rotation.T + position
             yield world[visual.triangles][:, :, [0, 2]]
 
 
-def _pose(body: str, time: float, data):
+def pose_at(body: str, time: float, data):
     if not body:
         return np.zeros(3), np.eye(3)
     for dim, prefix in (("body", "body"), ("dry_body", "dry")):

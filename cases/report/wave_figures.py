@@ -8,33 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from cases.report.coast_figures import coast_figures
+from cases.report.figure import Figure, exceeded
 from fsi.errors import SceneError
 from fsi.scene.geometry import wave_depth
 from fsi.scene.model import Scene
 from fsi.waves import wavenumber
 
 STUDENT_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)  # two-sided, 1, 2, ... degrees of freedom
-
-
-@dataclass(frozen=True)
-class Figure:
-    """One figure; `dim` and `label` say of which joint, body, gauge or probe, where there is one."""
-
-    name: str
-    value: float
-    units: str
-    long_name: str
-    dim: str = ""
-    label: str = ""
-
-    @property
-    def key(self) -> str:
-        """`name`, or `name.label`: what an objective or a constraint calls it."""
-        return f"{self.name}.{self.label}" if self.label else self.name
 
 
 def group_speed(omega: float, depth: float, g: float) -> float:
@@ -66,11 +50,6 @@ def mean_and_error(values: np.ndarray, batches: int) -> tuple[float, float]:
     means = [float(np.mean(part)) for part in np.array_split(values, batches)]
     factor = STUDENT_95[batches - 2] if batches - 2 < len(STUDENT_95) else 1.96 + 2.5 / (batches - 1)
     return mean, factor * float(np.std(means, ddof=1)) / math.sqrt(batches)
-
-
-def exceeded(values: np.ndarray, share: float = 0.01) -> float:
-    """The level that the values lie above for this share of the time."""
-    return float(np.quantile(values, 1 - share))
 
 
 def settled(scene: Scene, place: float) -> float:
@@ -130,6 +109,7 @@ def figures(data, scene: Scene, *, start: float | None = None, device_width: flo
         *_bodies(part),
         *_gauges(part, scene, period),
         *_probes(part),
+        *coast_figures(part, scene, period, is_regular(scene), settled),
     ]
 
 

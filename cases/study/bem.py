@@ -15,7 +15,9 @@ import numpy as np
 from cases.study.plan import Bem
 from fsi.errors import SceneError
 from fsi.extras import require
+from fsi.trust import check_bytes
 
+MOST_BYTES = 1e9  # of a dataset
 NEEDED = ("added_mass", "radiation_damping", "inertia_matrix", "hydrostatic_stiffness")
 
 
@@ -24,6 +26,7 @@ def read_bem(file: Path):
     sum of Froude-Krylov and diffraction force as `excitation`. Raises SceneError where something is missing."""
     xarray = require("xarray", "report", "a comparison with linear theory")
     require("h5netcdf", "report", "a comparison with linear theory")
+    check_bytes(Path(file), MOST_BYTES, "write it with fewer frequencies, and without the mesh")
     try:
         with xarray.open_dataset(file, engine="h5netcdf") as opened:
             data = opened.load()

@@ -19,6 +19,7 @@ from fsi.errors import SceneError
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
+from fsi.trust import may_run
 
 DEFAULTS = {"output.timeline": False}  # a study keeps the log of every run; timelines on request
 MJCF = re.compile(r"bodies\.(?P<body>[^.]+)\.mjcf\.(?P<attribute>.+)")
@@ -126,7 +127,8 @@ def _inline(value: object) -> str:
 
 
 def _build(script: Path, folder: Path, arguments: Mapping[str, object]) -> dict:
-    """Run the study's script: keys of the scene -> values, paths made absolute."""
+    """Run the study's script: keys of the scene -> values, paths made absolute. Raises SceneError where it may not run."""
+    may_run(script, "script", script.parent.name)
     space: dict = {"__name__": script.stem, "__file__": str(script)}
     try:
         exec(compile(script.read_text(encoding="utf-8"), str(script), "exec"), space)

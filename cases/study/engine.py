@@ -6,7 +6,6 @@ beside it, the trials of an optimisation in a journal. A study that is started a
 
 from __future__ import annotations
 
-import fcntl
 import json
 from collections import defaultdict
 from collections.abc import Iterator
@@ -25,10 +24,15 @@ from cases.study.routines import analysed, check_routine
 from cases.study.study_file import load_study
 from cases.study.watch import Watch
 from cases.study.worker import Job, Outcome, replace
-from fsi.errors import SceneError
+from fsi.errors import SceneError, short
+from fsi.record.files import Claim
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
+from fsi.trust import may_run, trusting
+
+LOCK = "study.lock"
+KEPT = "# Kept by Spindrift: the study of this folder, to read and run again.\n\n"
 
 
 def sweep(
@@ -39,21 +43,26 @@ def sweep(
     scheduler: str | None = None,
     threads: int = 1,
     retry: bool = False,
+    trust: bool = False,
     quiet: bool = False,
 ):
     """Run a study, or what is left of it, into the folder `out` (`studies/NAME`); returns its `xarray.Dataset`.
 
     `workers` processes of `threads` threads each run on this machine (as many as it has cores if None; 0: in this
-    process), or those of the Dask scheduler at an address. `retry` runs failed runs again. Progress goes to stderr.
+    process), or those of the Dask scheduler at an address. `retry` runs failed runs again; `trust` lets the Python code
+    run that the study and its scene name (`fsi.trust`). Progress goes to stderr.
     Raises SceneError where the study is wrong; a run that fails is a row with its reason.
     """
     study = load_study(study)
     folder = Path(out).expanduser().absolute() if out else Path("studies", study.name).absolute()
     check_routine(study)
-    with _alone(folder):
+    if study.script:
+        with trusting(trust):
+            may_run(study.script, "script", study.name)
+    with trusting(trust), _alone(folder):
         _check(study)
         _keep(study, folder)
-        progress = _Progress(study, folder, threads, retry)
+        progress = _Progress(study, folder, threads, retry, trust)
         with open_pool(workers, scheduler, threads) as pool:
             total = study.sampling.samples if study.sampling.method == "optimise" else None
             feed = _Trials(study, folder, pool) if total else _Fixed(study, pool)
@@ -75,6 +84,7 @@ class _Progress:
     folder: Path
     threads: int
     retry: bool
+    trust: bool
     _rows: dict[int, Row] = field(default_factory=dict)
     _waiting: dict[str, list[tuple[int, Design]]] = field(default_factory=lambda: defaultdict(list))
 
@@ -104,7 +114,8 @@ class _Progress:
             self._end(number, Row(values, "", Outcome("invalid", str(error), {})), feed, watch)
             return
         if made.hash not in self._waiting:
-            pool.submit(Job(made.scene, made.folder, self.study.measure, self.study.routine, self.threads, self.retry))
+            how = (self.study.measure, self.study.routine, self.threads, self.retry, self.trust)
+            pool.submit(Job(made.scene, made.folder, *how))
         self._waiting[made.hash].append((number, made))
 
     def _end(self, number: int, row: Row, feed, watch: Watch) -> None:
@@ -158,19 +169,20 @@ class _Trials:
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
     """Hold the study's folder; SceneError where it cannot be made or another process has it."""
+    claim = Claim(folder / LOCK)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "study.lock").touch()
+        taken = claim.take()
     except OSError as fault:
         fix = "choose another folder"
-        raise SceneError(f"{folder} cannot be written: {fault.strerror}", key="--out", fix=fix) from None
-    with open(folder / "study.lock", "w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            fix = "wait for it to end, or choose another folder"
-            raise SceneError(f"another process is at work on {folder}", key="--out", fix=fix) from None
+        raise SceneError(f"{short(folder)} cannot be written: {fault.strerror}", key="--out", fix=fix) from None
+    if not taken:
+        fix = "wait for it to end, or choose another folder"
+        raise SceneError(f"another process is at work on {folder}", key="--out", fix=fix)
+    try:
         yield
+    finally:
+        claim.drop()
 
 
 def _check(study: Study) -> None:
@@ -196,9 +208,18 @@ def _first_points(study: Study) -> list[dict]:
 
 
 def _keep(study: Study, folder: Path) -> None:
-    """Write the study as `study.toml`, to read and run again; a scene that was made in Python stands beside it."""
+    """Write the study as `study.toml`, to read and run again; a scene that was made in Python stands beside it.
+    Raises SceneError where the folder holds something else than a study that was kept so."""
     values = json.loads(study.model_dump_json(by_alias=True, exclude_none=True))
-    if isinstance(study.scene, Scene):
-        replace(folder / "scene.toml", resolved_toml(study.scene))
+    own = isinstance(study.scene, Scene)
+    if own:
         values["scene"] = "scene.toml"
-    replace(folder / "study.toml", dumps(values))
+    file, text = folder / "study.toml", dumps(values)
+    kept = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    others = sorted(entry.name for entry in folder.iterdir() if entry.name != LOCK)
+    if others and not kept.startswith(KEPT) and kept != text:
+        fault = f"{folder} holds {others[0]}, which no study of Spindrift has made"
+        raise SceneError(fault, key="--out", fix="choose another folder, or an empty one")
+    if own:
+        replace(folder / "scene.toml", resolved_toml(study.scene))
+    replace(file, KEPT + text)

@@ -144,7 +144,7 @@ class Bem(Part):
 class Study(Part):
     """A study; as a file see `docs/guide/studies.md`."""
 
-    name: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "study"
+    name: Annotated[str, Field(pattern=r"^[\w.-]*[\w-][\w.-]*$")] = "study"
     description: str = ""
     scene: SerializeAsAny[Scene] | str  # a scene, the path of a scene file, or a built-in name
     script: FilePath | None = None  # Python file whose `build(folder, **arguments)` makes the geometry

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from cases.study.plan import Study, Value
 from cases.study.worker import Outcome
 from fsi.errors import SceneError
 from fsi.extras import require
+from fsi.record.files import new_file
 
 FILE = "study.nc"
 
@@ -97,12 +97,14 @@ def _attributes(study: Study) -> dict:
 def write(data, folder: Path) -> Path:
     """The dataset as `study.nc` in the folder, replaced in one go."""
     require("h5netcdf", "report", "the dataset of a study")
-    file, new = folder / FILE, folder / f"{FILE}.new"
+    file = folder / FILE
     try:
-        data.to_netcdf(new, engine="h5netcdf")
-        os.replace(new, file)
-    except OSError as fault:
-        raise SceneError(f"{file} cannot be written: {fault.strerror or fault}", key="--out") from None
+        with new_file(file) as new:
+            data.to_netcdf(new, engine="h5netcdf")
+    except (OSError, RuntimeError) as fault:  # the second is how HDF5 says that it cannot close a file
+        raise SceneError(
+            f"{file} cannot be written: {getattr(fault, 'strerror', None) or fault}", key="--out"
+        ) from None
     return file
 
 
@@ -150,12 +152,14 @@ def export(data, folder: Path, to: str) -> Path:
     frame, file = table(data), folder / f"study.{to}"
     units = frame.attrs["units"]
     if to == "csv":
-        frame.rename(columns={name: f"{name} [{units[name]}]" for name in frame}).to_csv(file, index=False)
+        with new_file(file) as new:
+            frame.rename(columns={name: f"{name} [{units[name]}]" for name in frame}).to_csv(new, index=False)
         return file
     pyarrow = require("pyarrow", "study", "a Parquet file")
     parquet = require("pyarrow.parquet", "study", "a Parquet file")
     frame.attrs = {}
     arrow = pyarrow.Table.from_pandas(frame, preserve_index=False)
     fields = [field.with_metadata({"units": units[field.name]}) for field in arrow.schema]
-    parquet.write_table(arrow.cast(pyarrow.schema(fields, metadata=arrow.schema.metadata)), file)
+    with new_file(file) as new:
+        parquet.write_table(arrow.cast(pyarrow.schema(fields, metadata=arrow.schema.metadata)), new)
     return file

@@ -22,7 +22,10 @@ def load_study(source: str | Path | Study) -> Study:
     """
     if isinstance(source, Study):
         return _settled(source, Path())
-    path = Path(source).expanduser()
+    try:
+        path = Path(source).expanduser()
+    except RuntimeError as fault:  # a home that is not there
+        raise SceneError(f"cannot be read: {fault}", file=source, fix="check the path") from None
     data = _read(path)
     data.setdefault("name", re.sub(r"[^\w.-]", "_", path.stem))
     if "scene" not in data:

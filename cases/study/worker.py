@@ -6,8 +6,6 @@ a cluster may still be at a run when the next study comes for it: the next one w
 
 from __future__ import annotations
 
-import fcntl
-import json
 import os
 import shutil
 import threading
@@ -19,8 +17,10 @@ from pathlib import Path
 
 from cases.study.plan import Measure
 from fsi.errors import RunError, SceneError
+from fsi.record.files import claimed
 from fsi.record.mcap_reader import log_complete
 from fsi.scene.model import Scene
+from fsi.strict_json import dumps, loads
 
 KEPT = {"inputs"}  # of a run folder that is run again
 ROW, LOG = "figures.json", "run.mcap"
@@ -30,7 +30,7 @@ WATCH_EVERY = 0.5  # [s]
 @dataclass(frozen=True)
 class Job:
     """A run to be had: its scene, its folder, what is measured on it, the threads it may take; `again` runs one that
-    failed once more."""
+    failed once more; `trust` lets code run that the scene names."""
 
     scene: Scene
     folder: Path
@@ -38,6 +38,7 @@ class Job:
     routine: str | None = None
     threads: int = 1
     again: bool = False
+    trust: bool = False
 
 
 @dataclass
@@ -65,21 +66,27 @@ def execute(job: Job) -> Outcome:
 
 def _outcome(job: Job) -> Outcome:
     facts = read_facts(job.folder)
-    fit, reason = facts.get("status") in ("done", "failed"), ""
-    if facts.get("status") == "done" and job.scene.output.mcap and not log_complete(job.folder / LOG):
-        reason = f"{job.folder.name}/{LOG} is damaged or incomplete; run it again with --retry"
-    reused = fit and not (job.again and (reason or facts["status"] == "failed"))
+    reused = facts.get("status") in ("done", "failed")
+    if reused and job.again and (facts["status"] == "failed" or _damage(job, facts)):
+        reused = False
     if not reused:
-        facts, reason = _run(job), ""
-    elif reason:
-        return Outcome("failed", reason, {}, facts.get("wall_seconds", 0.0), reused)
+        facts = _run(job)
     outcome = Outcome(facts["status"], facts.get("reason", ""), {}, facts.get("wall_seconds", 0.0), reused)
-    if outcome.status == "done":
+    if damage := _damage(job, facts):
+        outcome.status, outcome.reason = "failed", damage
+    elif outcome.status == "done":
         try:
             outcome.figures = _figures(job)
         except Exception as error:
             outcome.status, outcome.reason = "failed", _reason(error)
     return outcome
+
+
+def _damage(job: Job, facts: dict) -> str:
+    """Why a run that says it is done is not; empty where it is."""
+    if facts.get("status") != "done" or not job.scene.output.mcap or log_complete(job.folder / LOG):
+        return ""
+    return f"{job.folder.name}/{LOG} is damaged or incomplete; run it again with --retry"
 
 
 def _reason(error: Exception) -> str:
@@ -89,7 +96,7 @@ def _reason(error: Exception) -> str:
 def read_facts(folder: Path) -> dict:
     """`run.json` of a run folder, empty where there is none."""
     try:
-        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        facts = loads((folder / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return facts if isinstance(facts, dict) else {}
@@ -98,7 +105,7 @@ def read_facts(folder: Path) -> dict:
 def record_failure(folder: Path, reason: str) -> None:
     """Write down that a run failed whose worker could not say so itself."""
     folder.mkdir(parents=True, exist_ok=True)
-    replace(folder / "run.json", json.dumps(read_facts(folder) | {"status": "failed", "reason": reason}, indent=2))
+    replace(folder / "run.json", dumps(read_facts(folder) | {"status": "failed", "reason": reason}, indent=2))
 
 
 def replace(file: Path, text: str) -> None:
@@ -111,23 +118,46 @@ def replace(file: Path, text: str) -> None:
 @contextmanager
 def _claimed(folder: Path) -> Iterator[None]:
     """Hold the lock of a run folder; wait for whoever has it."""
-    with open(folder.with_name(folder.name + ".lock"), "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with claimed(folder.with_name(folder.name + ".lock"), wait=True):
         yield
 
 
 def _run(job: Job) -> dict:
-    """Run the scene from the start; what a killed run left in the folder goes first."""
-    for left in job.folder.iterdir():
-        if left.name not in KEPT:
-            shutil.rmtree(left) if left.is_dir() else left.unlink()
-    from fsi.runner import run
-
+    """Go on with the run from its last checkpoint, or run the scene from the start where it has none that can be used."""
     try:
-        run(job.scene, out=job.folder, threads=job.threads, quiet=True)
+        if not _resumed(job):
+            _clear(job.folder)
+            from fsi.runner import run
+
+            run(job.scene, out=job.folder, threads=job.threads, trust=job.trust, quiet=True)
     except Exception as error:
         record_failure(job.folder, _reason(error))
     return read_facts(job.folder)
+
+
+def _resumed(job: Job) -> bool:
+    """Whether the folder held an unfinished run that has now come to an end. RunError where that has failed."""
+    from fsi.simulation.checkpoint import files
+
+    facts = read_facts(job.folder)
+    if facts.get("status") not in ("running", "interrupted", "killed") or not files(job.folder):
+        return False
+    if facts["status"] == "running":  # by whom the lock was held, who is no more, on whatever machine
+        record_failure(job.folder, "its process ended without a word")
+    from fsi.resuming import resume
+
+    try:
+        resume(job.folder, threads=job.threads, trust=job.trust, quiet=True)
+    except SceneError:  # damaged, or of another version
+        return False
+    return True
+
+
+def _clear(folder: Path) -> None:
+    """Remove what a run has left, but for what it was made from."""
+    for left in folder.iterdir():
+        if left.name not in KEPT:
+            shutil.rmtree(left) if left.is_dir() else left.unlink()
 
 
 def _figures(job: Job) -> dict[str, tuple]:
@@ -135,7 +165,7 @@ def _figures(job: Job) -> dict[str, tuple]:
     key = f"{job.measure.model_dump_json()} {job.routine}"
     file = job.folder / ROW
     try:
-        kept = json.loads(file.read_text(encoding="utf-8"))
+        kept = loads(file.read_text(encoding="utf-8"))
         if kept["measure"] == key:
             return {k: tuple(v) for k, v in kept["figures"].items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
@@ -144,7 +174,7 @@ def _figures(job: Job) -> dict[str, tuple]:
 
     found = measured(job.folder, job.scene, job.measure, job.routine)
     figures = {f.key: (f.name, f.value, f.units, f.long_name, f.dim, f.label) for f in found}
-    replace(file, json.dumps({"measure": key, "figures": figures}, indent=1))
+    replace(file, dumps({"measure": key, "figures": figures}, indent=1))
     return figures
 
 

@@ -14,17 +14,50 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.util
+import os
+import stat
 import sys
+import tempfile
 from functools import cache
 from pathlib import Path
 
-from numba import njit
+from numba import config, njit
 from numba.extending import register_jitable
 
 FAST = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
 EXACT = FAST | {"fastmath": False}
 HOUSE = Path(__file__).parents[1]
 ALWAYS = (HOUSE / "compute", HOUSE / "sph")
+
+
+def place_cache(sources: Path) -> str:
+    """Where compiled code can be kept neither beside the sources nor in the user's cache, which numba refuses, keep it in a
+    temporary folder of the user's; a note of that, empty otherwise."""
+    from numba.misc.appdirs import AppDirs
+
+    own = AppDirs(appname="numba", appauthor=False).user_cache_dir
+    if config.CACHE_DIR or any(map(_can_write, (sources / "__pycache__", Path(own)))):
+        return ""
+    who = os.getuid() if hasattr(os, "getuid") else "user"
+    folder = Path(tempfile.gettempdir(), f"spindrift-compiled-{who}")
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        facts = folder.lstat()
+        if hasattr(os, "getuid") and (facts.st_uid != who or facts.st_mode & 0o22 or not stat.S_ISDIR(facts.st_mode)):
+            raise PermissionError  # compiled code is run: nobody else may put it there
+    except OSError:
+        folder = Path(tempfile.mkdtemp(prefix="spindrift-compiled-"))
+    config.CACHE_DIR = str(folder)
+    return f"compiled code is kept in {folder}: neither the installation nor the user's cache can be written"
+
+
+def _can_write(folder: Path) -> bool:
+    """Whether files can be made in a folder, or the folder itself."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
+
+NOTE = place_cache(HOUSE / "compute")
 
 
 def compiled(*variant, bare: bool = False):

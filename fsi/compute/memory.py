@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 
@@ -17,6 +18,8 @@ def _of_machine() -> float:
     for line in _lines(Path("/proc/meminfo")):
         if line.startswith("MemAvailable:"):
             return 1024.0 * int(line.split()[1])
+    if not hasattr(os, "sysconf"):  # on Windows
+        return math.inf
     return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
 
 
@@ -45,8 +48,10 @@ def _cache(folder: Path) -> float:
 
 def _of_limits() -> list[float]:
     """What the limit of the process's address space leaves of it."""
-    import resource
-
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return []
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     pages = _lines(Path("/proc/self/statm"))
     if most == resource.RLIM_INFINITY or not pages:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-
 BLOCK = 4096  # labels whose particles are summed up together
 
 
@@ -50,6 +49,10 @@ class Reductions:
     def gathered(self, which: np.ndarray, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
         """The rows of the arrays of all processes, for sums over few particles, in the order of cells; `which` (k,) are the
         numbers of the particles that the rows (k, ...) are of."""
+        return arrays
+
+    def together(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The rows (k, ...) of the arrays of all processes, one process after the other."""
         return arrays
 
     def whole(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:

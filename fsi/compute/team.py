@@ -36,6 +36,7 @@ class Team:
 
     def __init__(self, threads: int | None = None):
         self.threads = threads or available_threads()
+        self._helpers: list[_Helper] = []  # for `close`, should the system refuse a thread
         self._helpers = [_Helper() for _ in range(self.threads - 1)]
         self._alone: dict[tuple, bool] = {}  # by kernel and number of chunks
 

@@ -130,7 +130,10 @@ class BoundaryParticles:
             response = response or self._silence
             response.spread()
             apart = self._reductions.ordered and response.columns > 0
-            lists, responses = (self.near.bounds, self.near.groups), (response.rows, response.lift, response.low, response.high)
+            lists, responses = (
+                (self.near.bounds, self.near.groups),
+                (response.rows, response.lift, response.low, response.high),
+            )
             self.team.run(
                 walls.make_extrapolation(self.lanes, self.dim, 0 if apart else response.columns), *lists,
                 self.first, rows, self.shepard, self._lift, self.k, *responses,
@@ -166,6 +169,23 @@ class BoundaryParticles:
             )  # fmt: skip
         self._add(forces, wrench[None], least)
         return wrench
+
+    def felt(self, rows: np.ndarray, column: int, flow: np.ndarray) -> np.ndarray:
+        """Force (2, count, dim) of the pressures in a column of `rows`, and of viscosity, on each boundary particle, fixed ones
+        among them; 0 on those that are counted elsewhere [N]."""
+        force = np.zeros((2, self.count, self.dim))
+        self.press(rows, rows, column=column, columns=1, least=0)
+        force[0] = self._force[0, : self.count]
+        if self._drag:
+            self.drag(flow, least=0)
+            force[1] = self._force[0, : self.count]
+        force[:, ~self.held] = 0.0
+        return force
+
+    @property
+    def held(self) -> np.ndarray:
+        """Whether forces on each boundary particle (count,) are counted here."""
+        return self._counted[: self.count] != NOBODY
 
     def grasp(self, grip: np.ndarray, dt: float, accelerations: np.ndarray) -> np.ndarray:
         """Change (m, owners, 6) of the viscous wrench over a step of dt [s] by accelerations (m, owners, 6): implicit viscosity

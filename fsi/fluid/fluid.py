@@ -47,7 +47,8 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain, of all processes. `k`, `dt`: scalars of the scheme and time step [s], of this step.
+    `lost` counts the particles that have left the domain, of all processes. `k`, `dt`: scalars of the scheme and time step [s],
+    of this step.
     """
 
     SEEN = ParticleState.NAMES  # what `seen` gives besides the fields
@@ -74,6 +75,11 @@ class Fluid:
         self.sort = CellSort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
+        self.loads = None
+        if layout.loads is not None:
+            from fsi.fluid.loads import FixedLoads
+
+            self.loads = FixedLoads(scene, layout.loads, self.owners)
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
         self._compose()
@@ -255,25 +261,26 @@ class Fluid:
         near, work, solids, state = self.near, self.work, self.solids, self.particles
         chunks = len(near.bounds) - 1
         place = columns.corrector_sums(self.dim)
+        owner, centre = (solids.owner, solids.centre) if self.loads is None else self.loads.booked(solids)
         ordered = self.reductions.ordered
         sums = np.zeros((chunks, place.width("loss")))
-        impulse = np.zeros((chunks, self.owners, 6), np.int64 if ordered else float)
+        impulse = np.zeros((chunks, len(centre), 6), np.int64 if ordered else float)
+        if ordered:  # two more columns say in which units impulses are counted
+            centre = np.hstack([centre, np.tile(1 / self._units[[0, 3]], (len(centre), 1))])
         self.team.run(
             self._corrector, near.bounds, near.groups, work.trial, work.field, work.coefficients, state.label,
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
-            solids.position, solids.velocity, solids.owner, self._centres(), impulse, sums,
+            solids.position, solids.velocity, owner, centre, impulse, sums,
         )  # fmt: skip
         self._kept = self.halo.drop(state)
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
-        taken = self.reductions.total(impulse) * (self._units if ordered else 1.0)
-        return np.concatenate([maxima, totals]), solids.smoothed(taken)
-
-    def _centres(self) -> np.ndarray:
-        """The owners' centres, and where their impulses are counted in units a row that says in which."""
-        per_unit = np.zeros(self.dim)
-        per_unit[:2] = 1 / self._units[[0, 3]]
-        return np.vstack([self.solids.centre, per_unit]) if self.reductions.ordered else self.solids.centre
+        impulse = self.reductions.total(impulse)
+        if ordered:
+            impulse = impulse * self._units
+        if self.loads is not None:
+            impulse = self.loads.unbooked(impulse)
+        return np.concatenate([maxima, totals]), solids.smoothed(impulse)
 
     def sums(self) -> np.ndarray:
         """After `correct`: kinetic energy, r height, volume / dr^dim and momentum (dim,) of all fluid as in its sums, in an

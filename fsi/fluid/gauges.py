@@ -151,6 +151,22 @@ class Surface:
         return elevation(fluid.position, point, scene.spacing, h, solid, period=self._length, spans=spans)
 
 
+def row_reading(position, point, spacing: float, surface: float) -> float:
+    """Height z [m] of the free surface at `point` (dim - 1,) as the mean height of the particles within a spacing of its
+    vertical and of the surface, which is where `elevation` has it, plus half a spacing: the particles fill the room around
+    their centres. nan where there are none."""
+    aside = ((position[:, :-1] - np.asarray(point)) ** 2).sum(1) < spacing**2
+    row = position[aside & (np.abs(position[:, -1] - surface) < spacing), -1]
+    return float(row.mean()) + 0.5 * spacing if row.size else math.nan
+
+
+def points_reading(position, point, spacing: float, h: float) -> float:
+    """Height z [m] of the free surface at `point` (dim - 1,) on a line of points, half a spacing from one to the next: where
+    the interpolated share of fluid, sum W V, falls below a half between two of them, without regard to walls; nan where it
+    nowhere reaches it."""
+    return elevation(position, point, spacing, h)
+
+
 def dry_gauges(scene, position, boundary) -> list[str]:
     """What to say of the scene's gauges that read nan, for fluid at `position` (n, dim) and boundary particles (b, dim)."""
     feet = {name: (g.x,) if scene.dimension == 2 else (g.x, g.y) for name, g in scene.gauges.items()}

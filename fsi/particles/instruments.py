@@ -14,7 +14,7 @@ ON_FACE = 0.1  # spacings that a probe on the face of a solid may lie under it
 def check_instruments(scene: Scene, solids: list[tuple[int, Solid]]) -> None:
     """Raise SceneError, one line each, for probes inside a solid at t = 0 and for gauges whose vertical lies inside fixed
     solids all the way; `solids` with their owners, 0 where they are fixed."""
-    if not solids or not (scene.probes or scene.gauges):
+    if not solids or not (scene.probes or scene.gauges or scene.velocimeters):
         return
     faults = [*_buried_probes(scene, [solid for _, solid in solids])]
     faults += _buried_gauges(scene, [solid for owner, solid in solids if owner == 0])
@@ -24,10 +24,20 @@ def check_instruments(scene: Scene, solids: list[tuple[int, Solid]]) -> None:
 
 def _buried_probes(scene: Scene, solids: list[Solid]):
     for name, probe in scene.probes.items():
+        if probe.position is None:  # at a site of a body, whose place is not known here
+            continue
         depth = -_clearance(solids, np.array([probe.position], float))[0]
         if depth > ON_FACE * scene.spacing:
             fault = f"{list(probe.position)} is {depth:.3g} m inside a solid, where no fluid can come"
             yield SceneError(fault, key=f"probes.{name}.position", fix="move it to the face or into the fluid")
+
+    for name, meter in scene.velocimeters.items():
+        depth = -_clearance(solids, np.array(meter.places, float)).min()
+        if depth > scene.spacing:
+            fault = f"reaches {depth:.3g} m into a solid, where no fluid can come"
+            yield SceneError(
+                fault, key=f"velocimeters.{name}", fix="move it into the fluid, or make the profile shorter"
+            )
 
 
 def _buried_gauges(scene: Scene, fixed: list[Solid]):

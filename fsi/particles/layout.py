@@ -29,7 +29,7 @@ class Layout:
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
     liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
     normal (b, dim): outward normals of the bodies at their boundary particles, 0 elsewhere, None without bodies;
-    depth: height of the fluid [m]; notes: what the user should know.
+    depth: height of the fluid [m]; notes: what the user should know; loads (loads, b, dim): see `load_weights`, None without.
     """
 
     position: np.ndarray
@@ -44,6 +44,7 @@ class Layout:
     liquid: np.ndarray | None = None
     glued: np.ndarray | None = None
     normal: np.ndarray | None = None
+    loads: np.ndarray | None = None
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
@@ -66,7 +67,12 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         position, velocity = np.concatenate([position, layer]), np.concatenate([velocity, np.zeros_like(layer)])
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
-    boundary, normal, owner = _boundary(scene, solids)
+    boundary, normal, owner, source = _boundary(scene, solids)
+    loads = None
+    if scene.loads:
+        from fsi.particles.loads import load_weights
+
+        loads = load_weights(scene, boundary, owner, source, solids)
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
     high = np.array(scene.tank.max) + margin
@@ -76,7 +82,19 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     high[periodic.axes] += periodic.width
     notes = (*_off_lattice(scene), *left_out)
     return Layout(
-        position, velocity, pressure, boundary, owner, low, high, fluid_height(scene), notes, liquid, glued, normal
+        position,
+        velocity,
+        pressure,
+        boundary,
+        owner,
+        low,
+        high,
+        fluid_height(scene),
+        notes,
+        liquid,
+        glued,
+        normal,
+        loads,
     )
 
 
@@ -163,8 +181,9 @@ def _load(points: np.ndarray, blocks: list[tuple], density: np.ndarray) -> np.nd
     return total
 
 
-def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Boundary particles (n, dim), the outward normals (n, dim) of bodies, and owners (n,), by which they are sorted."""
+def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
+    """Boundary particles (n, dim), the outward normals (n, dim) of bodies, owners (n,), by which they are sorted, and the
+    number (n,) of the solid that each is of, -1 for the tank's walls."""
     points, owners = wall_particles(scene)
     clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
     fixed = [n for n, (owner, _) in enumerate(solids) if owner == WALL]
@@ -180,13 +199,14 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple[np.ndarray
             clouds[n] = clouds[n][kept]
     boundary = np.concatenate([points, *clouds])
     owner = np.concatenate([owners, *(np.full(len(c), o) for c, (o, _) in zip(clouds, solids, strict=True))])
+    source = np.concatenate([np.full(len(points), -1), *(np.full(len(c), n) for n, c in enumerate(clouds))])
     order = np.argsort(owner, kind="stable")
-    boundary, owner = boundary[order], owner[order].astype(np.int32)
+    boundary, owner, source = boundary[order], owner[order].astype(np.int32), source[order]
     normal = np.zeros_like(boundary) if owner.max(initial=0) >= FIRST_BODY else None
     for body in np.unique(owner[owner >= FIRST_BODY]):
         own = [solid for its_owner, solid in solids if its_owner == body]
         normal[owner == body] = _normals(own, boundary[owner == body], 0.1 * scene.spacing)
-    return boundary, normal, owner
+    return boundary, normal, owner, source
 
 
 def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 Along each direction the ranks of the same index form a department; all departments of a direction hold about the same work.
 Work is counted in slices of cells across the direction, one count for a slice of the whole tank, so that a balance moves as
-many whole slices as it needs at once (after the load balance of departments and chairs for SPH with domains of boxes, JOEME 2017,
-doi 10.1007/s40722-016-0070-6). Directions are balanced one by one: what is not a product of three distributions stays
+many whole slices as it needs at once (after the load balance of departments and chairs for SPH with domains of boxes, JOEME
+2017, doi 10.1007/s40722-016-0070-6). Directions are balanced one by one: what is not a product of three distributions stays
 unbalanced.
 """
 
@@ -19,7 +19,11 @@ import numpy as np
 
 from fsi.errors import SceneError
 
-WEIGHTS = {"fluid": 1.0, "wet": 0.45, "dry": 0.04}  # measured time of a particle: boundary ones near fluid, and far from it
+WEIGHTS = {
+    "fluid": 1.0,
+    "wet": 0.45,
+    "dry": 0.04,
+}  # measured time of a particle: boundary ones near fluid, and far from it
 Count = Callable[[int, np.ndarray], np.ndarray]  # (axis, planes) -> work between the planes, of all ranks
 
 
@@ -67,7 +71,9 @@ class Decomposition:
 
 def slices(low: np.ndarray, high: np.ndarray, cell: np.ndarray) -> list[np.ndarray]:
     """The planes between slices of cells along each axis."""
-    return [a + c * np.arange(1, max(1, math.ceil((b - a) / c - 1e-9))) for a, b, c in zip(low, high, cell, strict=True)]
+    return [
+        a + c * np.arange(1, max(1, math.ceil((b - a) / c - 1e-9))) for a, b, c in zip(low, high, cell, strict=True)
+    ]
 
 
 def _equal(planes: np.ndarray, parts: int) -> np.ndarray:

@@ -60,7 +60,9 @@ class RankHalo:
         for code, shift in self._images():
             for rank, (low, high) in enumerate(boxes):
                 itself = rank == self.ranks.rank and code == 0
-                meets = all(mine[0][d] + shift[d] <= high[d] and mine[1][d] + shift[d] >= low[d] for d in range(len(low)))
+                meets = all(
+                    mine[0][d] + shift[d] <= high[d] and mine[1][d] + shift[d] >= low[d] for d in range(len(low))
+                )
                 if meets and not itself:
                     self._others.append((rank, code, shift, low, high))
         reach = self.width * np.ones(len(mine[0]))

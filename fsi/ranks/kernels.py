@@ -56,4 +56,3 @@ def put(rows, target, first, last, given):
         if target[g] >= 0:
             for c in range(first, last):
                 rows[target[g], c] = given[g, c - first]
-

@@ -69,10 +69,19 @@ class RankReductions(Reductions):
     def gathered(self, which, *arrays):
         if not self._halo.scattered:
             return super().gathered(which, *arrays)
+        if len(self._halo.own_rows) < len(self._halo.key):  # within a step, with ghosts
+            own = np.isin(which, self._halo.own_rows)
+            which, arrays = which[own], tuple(array[own] for array in arrays)
         order = np.argsort(self._ranks.collect(self._halo.key[which], everywhere=True), kind="stable")
         return tuple(self._ranks.collect(array, everywhere=True)[order] for array in arrays)
 
+    def together(self, *arrays):
+        if not self._halo.scattered:
+            return super().together(*arrays)
+        return tuple(self._ranks.collect(array, everywhere=True) for array in arrays)
+
     def around(self, point, reach, position, *values):
+        point = np.asarray(point, float)
         if not self._halo.scattered:
             return super().around(point, reach, position, *values)
         rows = self._halo.own_rows

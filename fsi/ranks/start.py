@@ -103,8 +103,8 @@ class Membership:
         self._mark = clock.perf_counter(), self.ranks.waited
 
     def facts(self, steps: int) -> dict:
-        """For `run.json`: the arrangement and how often its boxes moved, and of this rank the seconds that it waited for others,
-        the particles that it holds and its ghosts, and the bytes that it sent in a step, by purpose."""
+        """For `run.json`: the arrangement and how often its boxes moved, and of this rank the seconds that it waited for
+        others, the particles that it holds and its ghosts, and the bytes that it sent in a step, by purpose."""
         halo = self.balancer.halo
         return {
             "shape": list(halo.decomposition.shape),
@@ -123,8 +123,14 @@ class Membership:
 
     def folder(self, choose: Callable[..., RunFolder], *arguments) -> RunFolder:
         """The folder that the root chooses; the other ranks' writes nothing."""
-        path = self.ranks.once(lambda: choose(*arguments).path)
-        return RunFolder(path) if self.root else NoFolder(path)
+        taken: list[RunFolder] = []
+
+        def take() -> tuple[Path, dict]:
+            taken.append(choose(*arguments))
+            return taken[0].path, taken[0].manifest
+
+        path, manifest = self.ranks.once(take)
+        return taken[0] if self.root else NoFolder(path, manifest)
 
     def recorders(self, opened: Callable[[], list]) -> list:
         """The root's recorders; the other ranks have one that keeps nothing where the root has any."""
@@ -136,8 +142,12 @@ class Membership:
 class NoFolder(RunFolder):
     """The folder of a run that another process writes."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, manifest: dict):
         super().__init__(path)
+        self.manifest = manifest
+
+    def leave(self) -> None:
+        pass
 
     def create(self, scene: Scene, **facts) -> None:
         self.write(**facts)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,10 +14,11 @@ import numpy as np
 from fsi.errors import RunError, SceneError
 from fsi.protocols import BodySet, Event, Frame, Recorder
 from fsi.record.fields import fraction, thinned
+from fsi.record.files import FULL
 from fsi.scene.model import Scene
 
 QUEUE_LENGTH = 8  # batches; the run waits for the writer beyond it, so that memory stays bounded
-TICK = 1.0  # wall time [s] without news, after which what waits is written
+TICK = 0.5  # wall time [s] between the looks for what has waited too long
 BATCH, BATCH_SECONDS = 32, 0.5  # frames, wall time [s]: every hand-over may cost the run a change of threads
 
 
@@ -64,7 +64,7 @@ class Background:
         try:
             for recorder in self._recorders:
                 recorder.begin(scene, bodies)
-        except OSError as fault:
+        except (OSError, RuntimeError) as fault:  # the second is rerun's
             raise _run_error(fault) from fault
         self._scene, self._fraction = scene, None
         self._thread = Thread(target=self._write, name="recorder", daemon=True)
@@ -121,23 +121,31 @@ class Background:
             raise _run_error(self._fault) from self._fault
 
     def _write(self) -> None:
+        ticked = clock.monotonic()
         while (jobs := self._next()) is not None:
             for method, arguments in jobs:
                 if method == "mark":
                     self._try(self._arrive, *arguments)
-                    continue
-                for recorder in self._recorders:
-                    if method != "tick" or hasattr(recorder, method):  # only those that hold something back have one
-                        self._try(getattr(recorder, method), *arguments)
+                else:
+                    self._pass_on(method, *arguments)
+            if clock.monotonic() - ticked >= TICK:  # also while news keep coming
+                ticked = clock.monotonic()
+                self._pass_on("tick")
         for recorder in self._recorders:
             self._try(recorder.end, even_after_fault=True)
 
+    def _pass_on(self, method: str, *arguments) -> None:
+        """To all recorders; only those that hold something back have `tick` and `idle`."""
+        for recorder in self._recorders:
+            if method not in ("tick", "idle") or hasattr(recorder, method):
+                self._try(getattr(recorder, method), *arguments)
+
     def _next(self) -> list | None:
-        """The next jobs; where the run is slower than that, every second the frames that wait and a `tick`."""
+        """The next jobs; where there are none for `TICK`, the frames that wait and an `idle`."""
         try:
             return self._queue.get(timeout=TICK)
         except Empty:
-            return [*(("series", (frame,)) for frame in self._waiting()), ("tick", ())]
+            return [*(("series", (frame,)) for frame in self._waiting()), ("idle", ())]
 
     def _waiting(self) -> list[Frame]:
         # Between taking a batch and handing it over the run's thread may add nothing newer to the queue.
@@ -157,9 +165,10 @@ class Background:
 
 
 def _run_error(fault: Exception) -> RunError:
-    if isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT):
+    if isinstance(fault, OSError) and fault.errno in FULL:
         return RunError("the disk is full: the log could not be written; what came before can be read")
-    return RunError(f"the log could not be written: {fault}")
+    text = f"{fault.filename}: {fault.strerror}" if isinstance(fault, OSError) and fault.filename else str(fault)
+    return RunError(f"the log could not be written: {text}")
 
 
 def _copy(frame: Frame) -> Frame:

@@ -11,6 +11,7 @@ from fsi.scene.fields import field_of
 from fsi.scene.geometry import fluid_depth
 from fsi.scene.model import Scene
 
+VALUE = "value_"  # before the names of what `output.values` keeps
 CATEGORIES = np.array(  # colours of things without an order, told apart by lightness as well as by hue
     [[31, 119, 180], [240, 150, 40], [44, 130, 60], [190, 60, 60], [150, 110, 200], [120, 90, 70]], np.uint8
 )
@@ -58,10 +59,18 @@ def thinned(frame: Frame, share: float) -> Frame:
     return replace(frame, **picked, fields={name: f[chosen] for name, f in frame.fields.items()}, drawn=share)
 
 
+def particle_values(frame: Frame, scene: Scene) -> dict[str, np.ndarray]:
+    """What `output.values` keeps, flat and in single precision: positions and velocities (3 n,), pressures and fields (n,)."""
+    flat = {"position": spatial(frame.position).ravel(), "velocity": spatial(frame.velocity).ravel()}
+    found = {name: np.asarray(values(frame, name), np.float32) for name in ("pressure", *scene.output.fields)}
+    return {f"{VALUE}{name}": array for name, array in (flat | found).items()}
+
+
 def particle_bytes(scene: Scene) -> float:
     """Bytes that a drawn particle takes on the timeline, as measured: positions in the raster of `raster`, a byte
     and a half for each field."""
-    return (5.1 if scene.dimension == 2 else 7.5) + 1.5 * len(scene.output.fields)
+    whole = 4.0 * (6 + len({"pressure", *scene.output.fields})) if scene.output.values else 0.0
+    return (5.1 if scene.dimension == 2 else 7.5) + 1.5 * len(scene.output.fields) + whole
 
 
 def fraction(scene: Scene, count: int) -> float:

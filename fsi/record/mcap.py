@@ -3,14 +3,12 @@
 Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
 (foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log), `/particles`
 (foxglove.PointCloud) with `output.cloud`. The log time is the simulated time, the sequence number the step. Chunks are
-small, and closed after a second of wall time at the latest, so that a killed run loses no more than that.
+small, and closed after about a second of wall time, so that a killed run loses no more than that.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import time as clock
 from pathlib import Path
 
 import numpy as np
@@ -18,44 +16,35 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
-from mcap.well_known import MessageEncoding
-from mcap.writer import Writer
-from mcap_protobuf.schema import register_schema
 
 from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import spatial, values
-from fsi.record.mcap_format import CHUNK_BYTES, POSES, SeriesMessage
-from fsi.record.mcap_reader import messages
+from fsi.record.mcap_file import read_file
+from fsi.record.mcap_format import POSES, SeriesMessage
+from fsi.record.mcap_reader import entries, read_log
+from fsi.record.mcap_writer import LogWriter
 from fsi.record.series import column_names, describe, labels
 from fsi.scene.fields import field_of
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
-WAIT = 1.0  # wall time [s] after which a chunk is closed though it is small, so that a kill costs no more
 WORLD = "world"
 
 
 class McapRecorder:
-    """Writes `run.mcap`; OSError where the file cannot be written.
+    """Writes `run.mcap`; OSError where the file cannot be written, or is taken away while it is.
 
     With `keep` it goes on after so many messages of the file that is there: they are written anew by the same calls as the
     first time, so that the whole log is the one of a run that was never stopped.
     """
 
     def __init__(self, path: Path, keep: int | None = None):
-        self._path, self._keep, self._count = path, keep, 0
-        self._open_since: float | None = None  # wall time of the oldest message that is not in the file yet
+        self._path, self._keep = path, keep
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
         self._names = labels(scene, bodies)
         self._rotary = tuple(bodies.joint_is_rotary) if bodies else ()
         self._scene_name, self._cloud = scene.name, scene.output.fields if scene.output.cloud else ()
-        self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
-        new = self._path if self._keep is None else self._path.with_suffix(".mcap.new")
-        self._file = new.open("wb")
-        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
-        self._writer.start(profile="", library="spindrift")
         facts = {
             "name": scene.name,
             "dimension": str(scene.dimension),
@@ -66,40 +55,20 @@ class McapRecorder:
             "joint_kind": json.dumps(["hinge" if rotary else "slide" for rotary in self._rotary]),
             "toml": resolved_toml(scene),
         }
-        self._writer.add_metadata("scene", facts)
+        self._log = LogWriter(self._path if self._keep is None else _beside(self._path), facts)
         if self._keep is not None:
-            self._repeat()
-            self._settle()
-            os.replace(new, self._path)
-        self._file.flush()
-
-    def _repeat(self) -> None:
-        """Write the messages anew that the file holds."""
-        kinds = {"/tf": FrameTransforms, "/events": LogMessage, "/particles": PointCloud}
-        for channel, message in messages(self._path):
-            if self._count == self._keep:
-                break
-            if channel.topic not in self._channels:
-                self._open(channel.topic, kinds.get(channel.topic, SeriesMessage), channel.metadata)
-            self._put(self._channels[channel.topic], message.log_time, message.data, message.sequence)
-        if self._count < self._keep:
-            raise OSError(f"{self._path} holds {self._count} messages where the checkpoint has {self._keep}")
+            _copy(self._path, self._log, self._keep)
+            self._log.settle()
+            self._log.move(self._path)
 
     def position(self) -> dict[str, int]:
         """Messages so far, all of which are on the disk when this returns."""
-        self._settle()
-        os.fsync(self._file.fileno())
-        return {"messages": self._count}
+        self._log.sync()
+        return {"messages": self._log.count}
 
     def tick(self) -> None:
-        """Called about every second: what has waited for so long goes into the file."""
-        if self._open_since is not None and clock.monotonic() - self._open_since > WAIT:
-            self._settle()
-
-    def _settle(self) -> None:
-        self._writer.flush()  # closes the chunk
-        self._file.flush()
-        self._open_since = None
+        """Called about twice a second: what has waited for so long goes into the file."""
+        self._log.tick()
 
     def series(self, frame: Frame) -> None:
         stamp = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time).SerializeToString()
@@ -107,15 +76,15 @@ class McapRecorder:
             if any(name in pair for pair in POSES.values()) or np.size(value) == 0:
                 continue
             topic = f"/series/{name}"
-            if topic not in self._channels:
-                self._open(topic, SeriesMessage, self._facts(name, np.shape(value)))
+            if not self._log.opened(topic):
+                self._log.open(topic, self._facts(name, np.shape(value)))
             values = SeriesMessage(values=np.ravel(value).tolist()).SerializeToString()
             self._add(topic, stamp + values, frame.time, frame.step)  # protobuf joins the two
         if frame.series.keys() >= set(POSES["body"]):
-            if "/tf" not in self._channels:
-                self._open("/tf", FrameTransforms, {kind: json.dumps(self._names[kind]) for kind in POSES})
+            if not self._log.opened("/tf"):
+                self._log.open("/tf", {kind: json.dumps(self._names[kind]) for kind in POSES})
             self._add("/tf", self._poses(frame).SerializeToString(), frame.time, frame.step)
-        self._file.flush()
+        self._log.flush()
 
     def particles(self, frame: Frame) -> None:
         """The particles as a point cloud of x, y, z and the fields of the scene, all float32, where `output.cloud` asks
@@ -123,9 +92,9 @@ class McapRecorder:
         if not self._cloud:
             return
         names = ("x", "y", "z", *self._cloud)
-        if "/particles" not in self._channels:
+        if not self._log.opened("/particles"):
             units = {"units": json.dumps({n: field_of(n).units for n in self._cloud} | dict.fromkeys("xyz", "m"))}
-            self._open("/particles", PointCloud, units)
+            self._log.open("/particles", units)
         columns = [*spatial(frame.position).T, *(values(frame, name) for name in self._cloud)]
         rows = np.ascontiguousarray(np.stack(columns, axis=1), np.float32)
         message = PointCloud(frame_id=WORLD, point_stride=4 * len(names), data=rows.tobytes())
@@ -134,22 +103,19 @@ class McapRecorder:
         for n, name in enumerate(names):
             message.fields.add(name=name, offset=4 * n, type=PackedElementField.FLOAT32)
         self._add("/particles", message.SerializeToString(), frame.time, frame.step)
-        self._file.flush()
+        self._log.flush()
 
     def event(self, event: Event) -> None:
-        if "/events" not in self._channels:
-            self._open("/events", LogMessage, {})
+        if not self._log.opened("/events"):
+            self._log.open("/events", {})
         number = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_name[event.level.upper()].number
         message = LogMessage(level=number, message=event.text, name=self._scene_name)
         message.timestamp.FromNanoseconds(_nanoseconds(event.moment.time))
         self._add("/events", message.SerializeToString(), event.moment.time, event.moment.step)
-        self._file.flush()
+        self._log.flush()
 
     def end(self) -> None:
-        try:
-            self._writer.finish()
-        finally:
-            self._file.close()
+        self._log.finish()
 
     def _poses(self, frame: Frame) -> FrameTransforms:
         message = FrameTransforms()
@@ -173,20 +139,52 @@ class McapRecorder:
             "columns": json.dumps(column_names(series, shape, along)),
         }
 
-    def _open(self, topic: str, kind: type, facts: dict[str, str]) -> None:
-        name = kind.DESCRIPTOR.full_name
-        if name not in self._schemas:
-            self._schemas[name] = register_schema(self._writer, kind)
-        schema = self._schemas[name]
-        self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, schema, facts)
-
     def _add(self, topic: str, data: bytes, time: float, step: int) -> None:
-        self._put(self._channels[topic], _nanoseconds(time), data, step)
+        self._log.add(topic, data, _nanoseconds(time), step)
 
-    def _put(self, channel: int, stamp: int, data: bytes, step: int) -> None:
-        self._writer.add_message(channel, stamp, data, stamp, sequence=step)
-        self._count += 1
-        self._open_since = self._open_since or clock.monotonic()
+
+def _copy(path: Path, log: LogWriter, keep: int) -> None:
+    """Write the first `keep` messages of a file to a log. OSError where the file does not hold them all."""
+    file = read_file(path)
+    if file.gaps or file.unknown:
+        raise OSError(f"{path} is damaged: the run cannot go on from it; run the scene again in another folder")
+    for channel, step, stamp, data in entries(file):
+        if log.count == keep:
+            return
+        if not log.opened(channel.topic):
+            log.open(channel.topic, channel.metadata)
+        log.add(channel.topic, data, stamp, step)
+    if log.count < keep:
+        raise OSError(f"{path} holds {log.count} messages where the checkpoint has {keep}")
+
+
+def rewrite(path: Path) -> tuple[int, bool]:
+    """Write a log that a kill or damage has left incomplete anew, with its summary, from what of it can be trusted; number
+    of messages, and whether it was whole before. OSError where that fails, and the file is then as it was."""
+    file, found = read_file(path), read_log(path)
+    if file.complete and not file.damaged:
+        return sum(1 for _ in entries(file)), True
+    log = LogWriter(_beside(path), file.scene)
+    try:
+        for channel in file.channels.values():
+            log.open(channel.topic, channel.metadata)
+        log.flush()
+        for channel, step, stamp, data in entries(file):
+            if step in found.partial and channel.topic != "/events":
+                continue
+            if not log.opened(channel.topic):
+                log.open(channel.topic, channel.metadata)
+            log.add(channel.topic, data, stamp, step)
+        log.finish()
+    except OSError:
+        _beside(path).unlink(missing_ok=True)
+        raise
+    log.move(path)
+    return log.count, False
+
+
+def _beside(path: Path) -> Path:
+    return path.with_suffix(".mcap.new")
 
 
 def _nanoseconds(time: float) -> int:

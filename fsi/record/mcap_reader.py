@@ -1,28 +1,20 @@
-"""Reads `run.mcap` back, also where a killed run left it without its end."""
+"""Reads `run.mcap` back, also where a killed run left it without its end, and where it is damaged."""
 
 from __future__ import annotations
 
 import json
-import os
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
-from mcap.exceptions import McapError
-from mcap.records import Channel, Footer, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
-from mcap.writer import Writer
 
 from fsi.errors import SceneError
-from fsi.record.mcap_format import CHUNK_BYTES, POSES, SeriesMessage
+from fsi.record.mcap_file import Channel, LogFile, messages, read_file
+from fsi.record.mcap_format import POSES, SeriesMessage
 from fsi.record.series import SERIES
-
-MAGIC = b"\x89MCAP0\r\n"
 
 
 @dataclass
@@ -39,8 +31,9 @@ class Variable:
 @dataclass
 class RunLog:
     """All of a log: `time` [s], `step` and `wall_time` [s] (times,), the variables by name, the events (time, level,
-    text), facts on the scene, and whether the log was closed (False after a kill). `partial` is the step of a last frame
-    that a kill has cut in two, which is left out; None where there is none."""
+    text), facts on the scene (empty where they are damaged), and whether the log was closed (False after a kill). `lost`
+    are spans of time [s] (from, to) within which damage has taken frames or events, None for an end that is not known.
+    `partial` are the steps of frames that a kill or damage has cut in two, which are left out."""
 
     time: np.ndarray
     step: np.ndarray
@@ -49,163 +42,225 @@ class RunLog:
     events: list[tuple[float, str, str]]
     scene: dict[str, str]
     complete: bool
-    partial: int | None = None
+    closed: bool
+    lost: list[tuple[float | None, float | None]]
+    damaged: bool = False
+    partial: frozenset[int] = frozenset()
 
 
 @dataclass
-class _Raw:
-    """Messages by topic, before they are put on one time axis: topic -> {step: values}."""
+class _Rows:
+    """Values of one series: a row for each of `steps`; `metadata` of its channel where that has them."""
 
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    rows: dict[str, dict[int, np.ndarray]] = field(default_factory=dict)
-    times: dict[int, tuple[float, float]] = field(default_factory=dict)
-    names: dict[str, list[str]] = field(default_factory=dict)
-    events: list[tuple[float, str, str]] = field(default_factory=list)
-    scene: dict[str, str] = field(default_factory=dict)
-    complete: bool = False
+    steps: list[int] = field(default_factory=list)
+    values: list[bytes] = field(default_factory=list)
+    metadata: dict[str, str] | None = None
+    labels: list[str] | None = None  # of the bodies of a pose
 
+    def add(self, step: int, row: bytes) -> None:
+        self.steps.append(step)
+        self.values.append(row)
 
-def read_log(path: Path) -> RunLog:
-    """The whole log. Raises SceneError where the file is missing or no MCAP file."""
-    raw = _Raw()
-    for record in _records(path):
-        if isinstance(record, Metadata) and record.name == "scene":
-            raw.scene = record.metadata
-        elif isinstance(record, Footer):
-            raw.complete = True
-        elif isinstance(record, tuple):
-            _sort_in(raw, *record)
-    partial = _partial(raw)
-    raw.times.pop(partial, None)
-    steps = np.array(sorted(raw.times), np.int64)
-    times = np.array([raw.times[step] for step in steps], float).reshape(-1, 2)
-    variables = {name: _variable(name, raw, steps) for name in raw.rows}
-    return RunLog(times[:, 0], steps, times[:, 1], variables, raw.events, raw.scene, raw.complete, partial)
+    def has(self, step: int) -> bool:
+        at = int(np.searchsorted(self.steps, step)) if self.steps == sorted(self.steps) else -1
+        return step in self.steps if at < 0 else at < len(self.steps) and self.steps[at] == step
 
 
-def _partial(raw: _Raw) -> int | None:
-    """The step of the last frame of a log that was cut off, where it lacks a series that the frame before has."""
-    steps = sorted({step for rows in raw.rows.values() for step in rows})[-2:]
-    if raw.complete or len(steps) < 2:
-        return None
-    lacks = any(steps[0] in rows and steps[1] not in rows for rows in raw.rows.values())
-    return steps[1] if lacks else None
+class _Reading:
+    """Messages sorted by what they hold, as they come."""
 
-
-def messages(path: Path) -> Iterator[tuple[Channel, Message]]:
-    """The messages that are whole, in the order of the file, each with its channel."""
-    return (record for record in _records(path) if isinstance(record, tuple))
-
-
-def rewrite(path: Path) -> tuple[int, bool]:
-    """Bring a log that was cut off into a whole file, with its end and its summary; its messages, and whether it was whole
-    already (then nothing is done). Raises SceneError where it cannot be read."""
-    log = read_log(path)
-    if log.complete:
-        return sum(1 for _ in messages(path)), True
-    new, schemas, channels, count = path.with_suffix(".mcap.new"), {}, {}, 0
-    with new.open("wb") as file:
-        writer = Writer(file, chunk_size=CHUNK_BYTES)
-        writer.start(profile="", library="spindrift")
-        kinds: dict[int, Schema] = {}
-        for record in _records(path):
-            if isinstance(record, Schema):
-                kinds[record.id] = record
-            elif isinstance(record, Metadata):
-                writer.add_metadata(record.name, record.metadata)
-            elif isinstance(record, tuple):
-                channel, message = record
-                if message.sequence == log.partial and channel.topic != "/events":
+    def __init__(self, file: LogFile):
+        self.rows: dict[str, _Rows] = {}
+        self.times: dict[int, tuple[float, float]] = {}  # step -> time, wall time
+        self.events: list[tuple[float, str, str]] = []
+        self.ends: dict[int, list[int]] = {}  # chunk -> its first and its last step
+        self.strange = 0  # messages whose channel is lost
+        takers: dict[int, object] = {}
+        for chunk, number, step, _, data, start, end in messages(file):
+            take = takers.get(number)
+            if take is None:
+                if number not in file.channels:
+                    self.strange += 1
                     continue
-                if channel.id not in channels:
-                    schema = kinds[channel.schema_id]
-                    if schema.id not in schemas:
-                        schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
-                    channels[channel.id] = writer.register_channel(
-                        channel.topic, channel.message_encoding, schemas[schema.id], channel.metadata
-                    )
-                times = message.log_time, message.data, message.publish_time, message.sequence
-                writer.add_message(channels[channel.id], *times)
-                count += 1
-        writer.finish()
-    os.replace(new, path)
-    return count, False
+                take = takers[number] = self._taker(file.channels[number])
+            if take(step, data, start, end):
+                self.ends.setdefault(chunk, [step, step])[1] = step
 
+    def _taker(self, channel: Channel):
+        """A function that takes a message of this channel; it is true for those of a frame."""
+        if channel.topic.startswith("/series/"):
+            name = channel.topic.removeprefix("/series/")
+            rows = self.rows.setdefault(name, _Rows(metadata=channel.metadata))
+            return self._series(rows, int(np.prod(json.loads(channel.metadata["shape"]), dtype=int)))
+        if channel.topic == "/tf":
+            return self._poses({kind: json.loads(channel.metadata[kind]) for kind in POSES})
+        return self._event if channel.topic == "/events" else lambda *_: False
 
-def log_complete(path: Path) -> bool:
-    """Whether a log is there and whole: every record read, its checksums right, and the file closed."""
-    try:
-        with open(path, "rb") as file:
-            return any(isinstance(record, Footer) for record in StreamReader(file, validate_crcs=True).records)
-    except Exception:  # of any kind: a damaged file fails wherever the damage is
+    def _series(self, rows: _Rows, size: int):
+        """Series messages: a stamp, which all of a step share, then the packed values, as the writer puts them."""
+        size *= 8
+        tag = b"\x22" + _varint(size)
+        rest = len(tag) + size
+
+        def take(step: int, data: bytes, start: int, end: int) -> bool:
+            cut = end - size
+            stamp = data[start : end - rest]
+            if self._stamp != (step, stamp) or data[cut - len(tag) : cut] != tag:
+                message = SeriesMessage.FromString(data[start:end])
+                self.times[step] = message.time, message.wall_time
+                self._stamp = step, stamp
+                if data[cut - len(tag) : cut] != tag:
+                    rows.add(step, np.array(message.values, float).tobytes())
+                    return True
+            rows.add(step, data[cut:end])
+            return True
+
+        return take
+
+    _stamp: tuple[int, bytes] = (-1, b"")
+
+    def _poses(self, names: dict[str, list[str]]):
+        for kind, pair in POSES.items():
+            for name in pair if names[kind] else ():
+                self.rows[name] = _Rows(labels=names[kind])
+
+        def take(step: int, data: bytes, start: int, end: int) -> bool:
+            poses = FrameTransforms.FromString(data[start:end]).transforms
+            at = 0
+            for kind, (position, quaternion) in POSES.items():
+                own = poses[at : (at := at + len(names[kind]))]
+                if own:
+                    places = [(p.translation.x, p.translation.y, p.translation.z) for p in own]
+                    turns = [(p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z) for p in own]
+                    self.rows[position].add(step, np.array(places).tobytes())
+                    self.rows[quaternion].add(step, np.array(turns).tobytes())
+            return True
+
+        return take
+
+    def _event(self, step: int, data: bytes, start: int, end: int) -> bool:
+        event = LogMessage.FromString(data[start:end])
+        level = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_number[event.level].name.lower()
+        self.events.append((event.timestamp.ToNanoseconds() / 1e9, level, event.message))
         return False
 
 
-def _records(path: Path) -> Iterator:
-    """The file's records in order; a message as the pair of its channel and itself."""
-    try:
-        data = path.read_bytes()
-    except OSError as fault:
-        raise SceneError(f"cannot be read: {fault.strerror}", file=path, fix="give the folder of a run") from None
-    if not data.startswith(MAGIC):
-        raise SceneError("not an MCAP file", file=path, fix="give the folder of a run")
-    channels: dict[int, Channel] = {}
-    try:
-        for record in StreamReader(BytesIO(data[: _whole(data)])).records:
-            if isinstance(record, Channel):
-                channels[record.id] = record
-            yield (channels[record.channel_id], record) if isinstance(record, Message) else record
-    except McapError:  # the end of a killed run: all whole records were read
-        return
+def _varint(number: int) -> bytes:
+    """As protobuf writes a length."""
+    out = bytearray()
+    while number > 127:
+        out.append(number & 127 | 128)
+        number >>= 7
+    return bytes([*out, number])
 
 
-def _whole(data: bytes) -> int:
-    """Length [bytes] up to the end of the last record that is whole; each is an opcode, a length and as many bytes."""
-    end = len(MAGIC)
-    while end + 9 <= len(data):
-        after = end + 9 + struct.unpack_from("<Q", data, end + 1)[0]
-        if after > len(data):
-            break
-        end = after
-    return len(data) if data[end:] == MAGIC else end
+def read_log(path: Path) -> RunLog:
+    """What of a log can be trusted. Raises SceneError where the file is missing or no MCAP file."""
+    file = read_file(path)
+    reading = _Reading(file)
+    every = sorted(reading.times)
+    holes = _holes(reading, every) if file.damaged or not file.complete else set()
+    partial = frozenset(holes | _cut(file, reading, every))
+    steps = np.array(sorted(set(every) - partial), np.int64)
+    times = np.array([reading.times[step] for step in steps.tolist()], float).reshape(-1, 2)
+    variables = {name: _variable(name, rows, steps) for name, rows in reading.rows.items()}
+    lost = _lost(
+        [(step, step) for step in holes] + [_beside(file, reading, gap) for gap in file.gaps], steps, times[:, 0]
+    )
+    if reading.strange or (file.unknown and not lost):
+        lost = [(None, None)]
+    ended = {"complete": file.complete, "closed": file.closed, "damaged": file.damaged}
+    return RunLog(
+        times[:, 0], steps, times[:, 1], variables, reading.events, file.scene, lost=lost, partial=partial, **ended
+    )
 
 
-def _sort_in(raw: _Raw, channel: Channel, message: Message) -> None:
-    if channel.topic.startswith("/series/"):
-        name, row = channel.topic.removeprefix("/series/"), SeriesMessage.FromString(message.data)
-        raw.metadata[name] = channel.metadata
-        raw.rows.setdefault(name, {})[row.step] = np.array(row.values)
-        raw.times[row.step] = row.time, row.wall_time
-    elif channel.topic == "/tf":
-        poses = FrameTransforms.FromString(message.data).transforms
-        xyz = np.array([(p.translation.x, p.translation.y, p.translation.z) for p in poses])
-        wxyz = np.array([(p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z) for p in poses])
-        start = 0
-        for kind, (position, quaternion) in POSES.items():
-            raw.names[kind] = json.loads(channel.metadata[kind])
-            own = slice(start, start := start + len(raw.names[kind]))
-            if raw.names[kind]:
-                raw.rows.setdefault(position, {})[message.sequence] = xyz[own]
-                raw.rows.setdefault(quaternion, {})[message.sequence] = wxyz[own]
-    elif channel.topic == "/events":
-        event = LogMessage.FromString(message.data)
-        level = LogMessage.DESCRIPTOR.enum_types_by_name["Level"].values_by_number[event.level].name.lower()
-        raw.events.append((event.timestamp.ToNanoseconds() / 1e9, level, event.message))
+def _beside(file: LogFile, reading: _Reading, cut: int) -> tuple[int | None, int | None]:
+    """The last step before a chunk, and the first one from it on; None where there is none."""
+    before = [reading.ends[n][1] for n in range(cut) if n in reading.ends][-1:]
+    after = [reading.ends[n][0] for n in range(cut, len(file.chunks)) if n in reading.ends][:1]
+    return before[0] if before else None, after[0] if after else None
 
 
-def _variable(name: str, raw: _Raw, steps: np.ndarray) -> Variable:
-    rows = raw.rows[name]
-    if name in raw.metadata:
-        facts = raw.metadata[name]
+def _cut(file: LogFile, reading: _Reading, every: list[int]) -> set[int]:
+    """Steps at the edges of what is lost, and at the end of a log that was cut off, which lack a series that the frame on
+    their other side has."""
+    beyond: dict[int, int | None] = {}  # step -> the one to compare with
+    for cut in {*file.gaps, *([] if file.closed else [len(file.chunks)])}:
+        for step, side in zip(_beside(file, reading, cut), (-1, 1), strict=True):
+            if step is not None:
+                at = int(np.searchsorted(every, step)) + side
+                beyond[step] = every[at] if 0 <= at < len(every) else None
+    rows = reading.rows.values()
+    return {
+        step
+        for step, other in beyond.items()
+        if step not in reading.times or any(not r.has(step) and (other is None or r.has(other)) for r in rows)
+    }
+
+
+def _holes(reading: _Reading, every: list[int]) -> set[int]:
+    """Steps that lack a series which the frames before and after have: what is lost there may have left no other trace."""
+    found: set[int] = set()
+    for rows in reading.rows.values():
+        if len(rows.steps) < len(every):
+            there = np.isin(every, rows.steps)
+            found |= {every[n + 1] for n in np.flatnonzero(~there[1:-1] & there[:-2] & there[2:])}
+    return found
+
+
+def _lost(sides: list[tuple], steps: np.ndarray, times: np.ndarray) -> list[tuple[float | None, float | None]]:
+    """Spans of time, from the last frame up to one step to the first frame from another one on, without doubles."""
+    spans = []
+    for before, after in sides:
+        last = -1 if before is None else int(np.searchsorted(steps, before, "right")) - 1
+        first = len(steps) if after is None else int(np.searchsorted(steps, after))
+        spans.append((float(times[last]) if last >= 0 else None, float(times[first]) if first < len(steps) else None))
+    return sorted(set(spans), key=lambda span: -np.inf if span[0] is None else span[0])
+
+
+def _variable(name: str, rows: _Rows, steps: np.ndarray) -> Variable:
+    if rows.metadata is not None:
+        facts = rows.metadata
         shape, dims = tuple(json.loads(facts["shape"])), tuple(json.loads(facts["dims"]))
         units, long_name, labels = facts["units"], facts["long_name"], json.loads(facts["labels"])
     else:  # from the poses
         known = SERIES[name]
         dims, units, long_name = known.dims, known.units, known.long_name
-        labels = {dims[0]: raw.names[dims[0]], dims[1]: list("xyz" if dims[1] == "axis" else "wxyz")}
+        labels = {dims[0]: rows.labels, dims[1]: list("xyz" if dims[1] == "axis" else "wxyz")}
         shape = tuple(len(labels[dim]) for dim in dims)
-    nothing = np.full(shape, np.nan)
-    values = (
-        np.stack([rows[s].reshape(shape) if s in rows else nothing for s in steps]) if len(steps) else nothing[None][:0]
+    found = np.frombuffer(b"".join(rows.values), "<f8").reshape(len(rows.steps), *shape)
+    own = np.array(rows.steps, np.int64)
+    if np.array_equal(own, steps):
+        return Variable(dims, units, long_name, labels, found.copy())
+    values = np.full((len(steps), *shape), np.nan)
+    at = np.searchsorted(steps, own)
+    there = (
+        (at < len(steps)) & (steps[np.minimum(at, len(steps) - 1)] == own) if len(steps) else np.zeros(len(own), bool)
     )
+    values[at[there]] = found[there]
     return Variable(dims, units, long_name, labels, values)
+
+
+def entries(file: LogFile) -> Iterator[tuple[Channel, int, int, bytes]]:
+    """Channel, sequence number, log time [ns] and content of every message that can be trusted."""
+    for _, number, step, stamp, data, start, end in messages(file):
+        if number in file.channels:
+            yield file.channels[number], step, stamp, data[start:end]
+
+
+def has_frames(path: Path) -> bool:
+    """Whether a log holds a frame. False where it cannot be read."""
+    try:
+        return len(read_log(path).time) > 0
+    except SceneError:
+        return False
+
+
+def log_complete(path: Path) -> bool:
+    """Whether a log is there and whole: its checksums right, nothing missing, and the file closed."""
+    try:
+        file = read_file(path)
+    except SceneError:
+        return False
+    return file.complete and not file.damaged

@@ -36,6 +36,17 @@ SERIES = {
     "sensor_reading": Series(("sensor",), "SI", "sensors of the body files, in the units and frames of MuJoCo"),
     "elevation": Series(("gauge",), "m", "free surface above still water"),
     "pressure": Series(("probe",), "Pa", "pressure"),
+    "velocity": Series(("velocimeter", "axis"), "m/s", "velocity of the fluid"),
+    "layer_thickness": Series(("depth",), "m", "thickness of the layer of fluid"),
+    "runup_distance": Series(("runup",), "m", "distance of the water line along its line"),
+    "runup_height": Series(("runup",), "m", "run-up, height of the water line above still water"),
+    "wet_area": Series(("area",), "m2", "flooded area"),
+    "inundation_depth": Series(("area",), "m", "mean depth on the flooded area"),
+    "discharge": Series(("flux",), "m3/s", "discharge through the plane"),
+    "passed_volume": Series(("flux",), "m3", "volume that has passed the plane since the start"),
+    "load_force": Series(("structure", "axis"), "N", "force of the fluid on the fixed structure"),
+    "load_torque": Series(("structure", "axis"), "N m", "torque of the fluid on the fixed structure"),
+    "load_centre": Series(("structure", "axis"), "m", "pressure centre on the fixed structure"),
     "kinetic_energy": Series((), "J", "kinetic energy of the fluid"),
     "potential_energy": Series((), "J", "potential energy of the fluid"),
     "dissipated_energy": Series((), "J", "energy dissipated in the fluid since the start"),
@@ -75,7 +86,22 @@ def labels(scene: Scene, bodies: BodySet | None) -> dict[str, list[str]]:
         "sensor": list(bodies.sensor_names) if bodies else [],
         "gauge": list(scene.gauges),
         "probe": list(scene.probes),
+        "velocimeter": velocimeter_names(scene),
+        "depth": list(scene.depths),
+        "runup": list(scene.runups),
+        "area": list(scene.areas),
+        "flux": list(scene.fluxes),
+        "structure": list(scene.loads),
     }
+
+
+def velocimeter_names(scene: Scene) -> list[str]:
+    """One name for every point that a velocimeter reads: `adv`, or `adv[0]`, `adv[1]`, ... along a profile."""
+    return [
+        name if meter.end is None else f"{name}[{n}]"
+        for name, meter in scene.velocimeters.items()
+        for n in range(len(meter.places))
+    ]
 
 
 def column_names(series: Series, shape: tuple[int, ...], along: dict[str, list[str]]) -> list[str]:

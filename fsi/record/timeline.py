@@ -16,9 +16,11 @@ import numpy as np
 
 from fsi.extras import require
 from fsi.protocols import BodySet, Event, Frame
-from fsi.record.fields import levels, raster, spatial
+from fsi.record.fields import levels, particle_values, raster, spatial
+from fsi.record.files import same_place
 from fsi.record.series import SERIES, column_names, describe, labels
 from fsi.record.timeline_layout import ENERGIES, blueprint, class_of, classes, log_legend
+from fsi.record.timeline_marks import log_fixed_loads, log_instruments
 from fsi.scene.geometry import fluid_depth
 from fsi.scene.model import Scene
 
@@ -27,13 +29,24 @@ rr = require("rerun", "viewer", "output.timeline = true")
 BUFFERED_FRAMES = 500  # series frames that are written together; each batch has an overhead of about 1 kB a series
 WAIT = 1.0  # wall time [s] of a run without news, after which they are written
 BUFFERED_SECONDS = {False: 20.0, True: 0.5}  # of wall time after which they are written at the latest; in a live view
+PROBE_BYTES = 2**18  # of what is written before the first frame
 LEAST_FREE = 2**20  # bytes on the disk, under which it counts as full
 ARROW = 0.3  # length of a force arrow, in depths of the fluid, for the weight of the heaviest body
 ARC = 13  # points of the arc that is a torque in two dimensions
 SLICE = 3.0  # width in spacings of a body that is drawn in two dimensions
 FORCE, TORQUE = 0xD02020FF, 0x8030C0FF
 LINES = (0x1F77B4FF, 0xE07B28FF, 0x2E9E4FFF, 0x9A5FC0FF, 0xD0455FFF, 0x7F7F7FFF)  # of the plots, one after the other
-GAUGE, PROBE = 0xC06000FF, 0xD04080FF
+
+
+def _probe(path: Path) -> None:
+    """OSError where a file has no room to grow, by the disk, a quota or a limit: rerun would wait for its writer for ever."""
+    with path.open("ab") as file:
+        before = file.tell()
+        try:
+            file.write(bytes(PROBE_BYTES))
+            file.flush()
+        finally:
+            file.truncate(before)
 
 
 class TimelineRecorder:
@@ -58,6 +71,8 @@ class TimelineRecorder:
         else:  # rerun cannot append: it writes beside, and what it has written is added to the file
             self._sink = self._path.with_suffix(".rrd.part")
             os.truncate(self._path, self._keep)
+        _probe(self._path)
+        self._place = self._path.stat()
         self._stream = rr.RecordingStream("spindrift", recording_id=self._name, send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)
@@ -87,6 +102,8 @@ class TimelineRecorder:
         first = shown.pop(self._scene.output.fields[0])
         points = rr.Points3D(positions, class_ids=first, radii=[self._radius(frame)])
         self._stream.log("world/fluid", points, *([rr.AnyValues(**shown)] if shown else []))
+        if self._scene.output.values:
+            self._stream.log("values", rr.AnyValues(**particle_values(frame, self._scene)))
         self._flush()
 
     def event(self, event: Event) -> None:
@@ -102,11 +119,16 @@ class TimelineRecorder:
         return {"timeline": (self._path.stat().st_size, self._name)}
 
     def tick(self) -> None:
-        """Called about every second: what has waited for so long goes into the file."""
+        """Called about twice a second. OSError where the file was taken away."""
+        same_place(self._path, self._place)
+
+    def idle(self) -> None:
+        """Called where nothing is to be done: what has waited for long goes into the file."""
         if clock.monotonic() - self._written > WAIT:
             self._write_series()
 
     def end(self) -> None:
+        same_place(self._path, self._place)
         self._write_series()
         self._stream.disconnect()
         if self._sink != self._path:
@@ -141,21 +163,7 @@ class TimelineRecorder:
         log("world/fluid", rr.AnnotationContext(classes(scene)), static=True)
         tank = rr.Boxes3D(mins=[low], sizes=[high - low], colors=[0x808080FF], fill_mode="MajorWireframe")
         log("world/tank", tank, static=True)
-        feet = [(g.x, g.y if scene.dimension == 3 else 0.0) for g in scene.gauges.values()]
-        if feet:
-            lines = rr.LineStrips3D([[(*foot, z) for z in (low[2], high[2])] for foot in feet], colors=[GAUGE])
-            log("world/gauges", lines, static=True)
-            tops = rr.Points3D(
-                [(*foot, high[2]) for foot in feet],
-                labels=list(scene.gauges),
-                colors=[GAUGE],
-                radii=[scene.spacing / 2],
-            )
-            log("world/gauges/names", tops, static=True)
-        if scene.probes:
-            points = spatial(np.array([probe.position for probe in scene.probes.values()]))
-            markers = rr.Points3D(points, labels=list(scene.probes), colors=[PROBE], radii=[0.8 * scene.spacing])
-            log("world/probes", markers, static=True)
+        log_instruments(log, scene, bodies)
         if scene.dimension == 3 and scene.tank.bathymetry and scene.tank.bathymetry.suffix.lower() in (".stl", ".obj"):
             log("world/ground", rr.Asset3D(path=scene.tank.bathymetry), static=True)
         rotations = {} if bodies is None or scene.dimension == 3 else _rotations(bodies)
@@ -199,6 +207,8 @@ class TimelineRecorder:
                 self._write_poses(self._names[kind], pose, frames, times)
         if "body_force" in shapes:
             self._write_loads(frames, times)
+        if "load_force" in shapes:
+            log_fixed_loads(self._stream, self._scene, frames, times)
         self._flush()
 
     def _name_lines(self, name: str, shape: tuple[int, ...]) -> None:

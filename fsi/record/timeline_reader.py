@@ -14,9 +14,10 @@ import numpy as np
 
 from fsi.errors import SceneError
 from fsi.extras import require
+from fsi.record.fields import VALUE
 
 END = b"RRF2FOOT"  # near the end of a recording that was closed
-FLUID, FIRST = "/world/fluid", "Points3D:class_ids"
+FLUID, FIRST, VALUES = "/world/fluid", "Points3D:class_ids", "/values"
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,13 @@ def read_snapshots(recording: Path, times: Sequence[float]) -> list[Snapshot]:
     return [found[time] for time in sorted(found)]
 
 
-def _chunks(rr, recording: Path, mended: Path) -> Iterator[dict]:
-    """Columns of the recording's chunks of particles; what a killed run has written whole is put into `mended` first."""
-    if not _closed(recording):
+def _chunks(rr, recording: Path, mended: Path, entity: str = FLUID) -> Iterator[dict]:
+    """Columns of the recording's chunks of an entity; what a killed run has written whole is put into `mended` first."""
+    if not mended.is_file() and not _closed(recording):
         _merge(recording, mended)
     try:
         for chunk in rr.chunk.RrdReader(mended if mended.is_file() else recording).stream():
-            if str(chunk.entity_path) == FLUID and not chunk.is_static:
+            if str(chunk.entity_path) == entity and not chunk.is_static:
                 batch = chunk.to_record_batch()
                 yield dict(zip(batch.schema.names, batch.columns, strict=True))
     except (OSError, ValueError, RuntimeError) as fault:
@@ -83,3 +84,39 @@ def _row(columns: dict, row: int, time: float) -> Snapshot:
     position = columns["Points3D:positions"][row].values.flatten().to_numpy().reshape(-1, 3)
     radius = float(columns["Points3D:radii"][row].values[0].as_py())
     return Snapshot(time, position, columns[FIRST][row].values.to_numpy(), radius)
+
+
+def read_values(recording: Path) -> Iterator[tuple[float, dict[str, np.ndarray]]]:
+    """Time [s] and the arrays that `output.values` kept, in the order of time, one frame after the other in memory: `position`,
+    `velocity` (n, 3), `pressure` and fields (n,), all float32; nothing where it was off. Raises SceneError where there is
+    no recording or it cannot be read."""
+    rr = require("rerun", "viewer", "particle values")
+    if not Path(recording).is_file():
+        raise SceneError("no timeline", file=recording, fix="run the scene with output.timeline = true")
+    with TemporaryDirectory() as folder:
+        whole = Path(folder, "whole.rrd")
+        rows = [
+            (float(stamp), number, row)
+            for number, columns in enumerate(_chunks(rr, Path(recording), whole, VALUES))
+            for row, stamp in enumerate(columns["sim_time"].cast("int64").to_numpy() * 1e-9)
+        ]
+        order = sorted(rows)
+        waiting: dict[tuple[int, int], dict] = {}  # chunks may be out of order: what comes early waits
+        place = iter(order)
+        wanted = next(place, None)
+        for number, columns in enumerate(_chunks(rr, Path(recording), whole, VALUES)):
+            for row in range(len(columns["sim_time"])):
+                waiting[number, row] = _values(columns, row)
+            while wanted and (arrays := waiting.pop(wanted[1:], None)) is not None:
+                yield wanted[0], arrays
+                wanted = next(place, None)
+
+
+def _values(columns: dict, row: int) -> dict[str, np.ndarray]:
+    found = {}
+    for name, column in columns.items():
+        if name.startswith(VALUE) and column[row].is_valid:
+            array = column[row].values.to_numpy(zero_copy_only=False).astype(np.float32)
+            short = name.removeprefix(VALUE)
+            found[short] = array.reshape(-1, 3) if short in ("position", "velocity") else array
+    return found

@@ -10,10 +10,12 @@ import sys
 import time
 import webbrowser
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 from fsi.errors import RunError, SceneError
 from fsi.extras import require
+from fsi.record.bound import bound
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 30.0  # [s] that the viewer may take to answer
@@ -21,7 +23,7 @@ PATIENCE = 30.0  # [s] that the viewer may take to answer
 
 def open_window(recording: Path) -> int:
     """Open a recording in a window and wait until it is closed; the viewer's exit status."""
-    return subprocess.call([*_command(), str(recording), "--bind", LOOPBACK])
+    return subprocess.call(bound([*_command(), *_with_layers(recording), "--bind", LOOPBACK]))
 
 
 class WebViewer:
@@ -34,14 +36,14 @@ class WebViewer:
         self._ports = data, page = _free_ports(2)
         self.sink = f"rerun+http://{LOOPBACK}:{data}/proxy"
         self.page = f"http://{LOOPBACK}:{page}/?url={self.sink.replace('+', '%2B')}"
-        shown = [str(recording)] if recording else []
+        shown = _with_layers(recording) if recording else []
         served = ["--serve-web", "--bind", LOOPBACK, "--port", str(data), "--web-viewer-port", str(page)]
         self._command = [*_command(), *shown, *served]
 
     def __enter__(self) -> WebViewer:
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        # In a session of its own: Ctrl-C is for the run, and the viewer is a child of the process that is started here.
-        self._process = subprocess.Popen(self._command, start_new_session=True, **quiet)
+        # In a session of its own: Ctrl-C is for the run, and the viewer may be a child of the process that is started here.
+        self._process = subprocess.Popen(bound(self._command), start_new_session=True, **quiet)
         end = time.monotonic() + PATIENCE
         while not all(map(_answers, self._ports)):
             if time.monotonic() > end or self._process.poll() is not None:
@@ -76,17 +78,33 @@ def open_browser(page: str) -> None:
 
 def recording_of(directory: Path) -> Path:
     """The recording of a run. Raises SceneError where it has none."""
+    from fsi.record.mcap_reader import has_frames
+
     recording = directory / "run.rrd"
     if not recording.is_file():
         from fsi.record.run_folder import read_manifest
 
         read_manifest(directory)
         raise SceneError(f"{directory} has no timeline", fix="run the scene with output.timeline = true")
+    if (log := directory / "run.mcap").is_file() and not has_frames(log):
+        fix = "see run.json for how it ended"
+        raise SceneError(f"{directory} holds a run without a single frame", fix=fix)
     return recording
 
 
+def _with_layers(recording: Path) -> list[str]:
+    """A recording, and the layers that were made of it later (`fsi export --to surface`)."""
+    layers = [recording.with_name("surface.rrd")]
+    return [str(recording), *(str(layer) for layer in layers if layer.is_file())]
+
+
 def _command() -> list[str]:
+    """The viewer's program itself, where it lies beside its package: what stands between would not die with us."""
     require("rerun", "viewer", "the viewer")
+    found = find_spec("rerun_cli")
+    for folder in found.submodule_search_locations if found and found.submodule_search_locations else ():
+        if os.access(program := Path(folder, "rerun"), os.X_OK):
+            return [str(program)]
     return [sys.executable, "-m", "rerun"]
 
 

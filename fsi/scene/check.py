@@ -7,12 +7,13 @@ from collections.abc import Iterator
 
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
+from fsi.scene.check_instruments import instrument_faults, points_of
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
 from fsi.scene.geometry import all_blocks, fluid_height, fluid_volume
-from fsi.scene.model import Box, Scene
+from fsi.scene.model import Scene
 from fsi.waves.kind import Fault
 
 
@@ -37,7 +38,7 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
         points[f"{key}.velocity"] = block.velocity or block.min
     if scene.fluid.acceleration:
         points["fluid.acceleration"] = scene.fluid.acceleration
-    points |= {f"probes.{name}.position": probe.position for name, probe in scene.probes.items()}
+    points |= points_of(scene)
     for n, row in enumerate(scene.fluid.acceleration_gradient or ()):
         points[f"fluid.acceleration_gradient[{n}]"] = row
     axes = "x, z" if scene.dimension == 2 else "x, y, z"
@@ -74,16 +75,7 @@ def _positions(scene: Scene) -> Iterator[Fault]:
             span = f"{zone.axis} = {tank.min[axis]:g} to {tank.max[axis]:g} m"
             fault = f"{zone.axis} = {zone.start:g} to {zone.end:g} m leaves the tank, {span}"
             yield f"damping[{n}]", fault, "shorten it"
-    for name, gauge in scene.gauges.items():
-        place = (gauge.x,) if scene.dimension == 2 else (gauge.x, gauge.y)
-        for axis, value, a, b in zip("xy", place, tank.min, tank.max, strict=False):
-            if not a <= value <= b:
-                fault = f"{value:g} m is outside the tank, {axis} = {a:g} to {b:g} m"
-                yield f"gauges.{name}.{axis}", fault, "move it inside"
-    for name, probe in scene.probes.items():
-        if not _inside(tank, probe.position):
-            fault = f"{list(probe.position)} is outside the tank {_span(tank)}"
-            yield f"probes.{name}.position", fault, "move it inside"
+    yield from instrument_faults(scene)
 
 
 def _periodic(scene: Scene) -> Iterator[Fault]:
@@ -138,11 +130,3 @@ def _files(scene: Scene) -> Iterator[Fault]:
     for key, path in files.items():
         if not path.is_file():
             yield key, f"no such file: {path}", "check the path; it is relative to the scene file"
-
-
-def _inside(tank: Box, point: tuple[float, ...]) -> bool:
-    return all(a - 1e-9 <= x <= b + 1e-9 for a, x, b in zip(tank.min, point, tank.max, strict=True))
-
-
-def _span(box: Box) -> str:
-    return f"{list(box.min)} to {list(box.max)} m"

@@ -112,6 +112,14 @@ IDLE: dict[str, Condition] = {
     "gauges.*": _instruments,
     "gauges.*.y": lambda scene, gauge: scene.dimension == 2 and "a two-dimensional scene has no y axis",
     "probes.*": _instruments,
+    "velocimeters.*": _instruments,
+    "velocimeters.*.points": lambda scene, meter: meter.end is None and "it has no end, so that it reads one point",
+    "depths.*": _instruments,
+    "depths.*.y": lambda scene, gauge: scene.dimension == 2 and "a two-dimensional scene has no y axis",
+    "fluxes.*": _instruments,
+    "runups.*": _instruments,
+    "areas.*": _instruments,
+    "loads.*": _instruments,
     "bodies.*.pto.rest": lambda scene, pto: not pto.stiffness and "there is no spring: stiffness is 0",
     "coupler.scheme": _unbodied,
     "coupler.tolerance": lambda scene, coupler: (
@@ -143,6 +151,9 @@ IDLE: dict[str, Condition] = {
     "output.fraction": lambda scene, output: _unseen(output),
     "output.particles_limit": lambda scene, output: (
         _unseen(output) or (output.fraction is not None and "output.fraction is given")
+    ),
+    "output.values": lambda scene, output: (
+        (not output.timeline and "output.timeline is off") or (not output.particles and "output.particles is 0")
     ),
     "output.cloud": lambda scene, output: (
         (not output.mcap and "output.mcap is off") or (not output.particles and "output.particles is 0")

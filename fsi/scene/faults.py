@@ -35,12 +35,18 @@ SHAPES = {  # pydantic's type of error -> what should be there
 
 def fault_lines(errors: ValidationError, data: dict, file: object, root: type[BaseModel] = Scene) -> list[str]:
     """One line for each error; `data` is what was validated as a `root`."""
-    lines = []
-    for error in errors.errors(include_url=False):
+    lines, found = [], errors.errors(include_url=False)
+    for error in found:
+        if error["type"] == "too_short" and any(_inside(other["loc"], error["loc"]) for other in found):
+            continue  # it does not count the items that are wrong themselves
         place = _place(error, data)
         fault, fix = _explain(error, place, root)
         lines.append(str(SceneError(fault, key=_key(place), file=file, fix=fix)))
     return lines
+
+
+def _inside(place: tuple, part: tuple) -> bool:
+    return len(place) > len(part) and place[: len(part)] == part
 
 
 def _place(error: dict, data) -> list:
@@ -83,6 +89,8 @@ def _explain(error: dict, place: list, root: type[BaseModel]) -> tuple[str, str]
         return fault, fix
     if kind in SHAPES:
         return f"{_shown(given)} should be {SHAPES[kind]}", ""
+    if kind == "string_pattern_mismatch":  # of the names that are those of folders, too
+        return f"{_shown(given)} is no name of a folder", "use letters, digits, _, - and dots, and not dots alone"
     demand = error["msg"].partition("should ")[2].partition(" after validation")[0]
     return f"{_shown(given)} should {demand}" if demand else f"{_shown(given)}: {error['msg']}", ""
 

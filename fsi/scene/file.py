@@ -67,10 +67,19 @@ def builtin_scenes() -> dict[str, Path]:
     return found
 
 
+def scene_folder(source: str | Path) -> Path:
+    """The folder of the file of a scene, from which its relative paths count."""
+    return _find(source).absolute().parent
+
+
 def _find(source: str | Path) -> Path:
-    path = Path(source).expanduser()
-    if path.is_file():
-        return path
+    try:
+        path = Path(source).expanduser()
+        if path.is_file():
+            return path
+    except (OSError, RuntimeError, ValueError) as fault:  # too long, a home that is not there, a null byte
+        why = getattr(fault, "strerror", None) or str(fault)
+        raise SceneError(f"cannot be read: {why}", file=source, fix="check the path") from None
     builtin = builtin_scenes()
     name = str(source)
     if name in builtin:

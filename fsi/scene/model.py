@@ -17,6 +17,7 @@ from pydantic_core import PydanticKnownError
 from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
+from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
 from fsi.scene.waves import DampingZone, Waves
 
 
@@ -106,19 +107,6 @@ class Fluid(Liquid):
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
     start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
-
-
-class Gauge(Part):
-    """Wave gauge: free-surface elevation above still water on the vertical through `x` (and `y`)."""
-
-    x: Number
-    y: Number = 0.0
-
-
-class Probe(Part):
-    """Pressure probe at a point [m]."""
-
-    position: Point
 
 
 class LinearPto(Part):
@@ -259,6 +247,7 @@ class Output(Part):
     fraction: Annotated[float, Field(gt=0, le=1)] | None = None  # of the particles drawn; None: as the limit allows
     particles_limit: Positive = 100.0  # size of all snapshots of a run, for a fraction of None [MB]
     cloud: bool = False  # snapshots in run.mcap too, as foxglove.PointCloud
+    values: bool = False  # positions, velocities, pressures and fields on the timeline as they are, in single precision
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd
     checkpoint: NonNegative = 300.0  # wall time from one to the next, to resume from [s]; 0 is off
@@ -274,7 +263,7 @@ class Alarms(Part):
 class Scene(Part):
     """Everything that defines a run."""
 
-    name: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "scene"  # also of the run folder
+    name: Annotated[str, Field(pattern=r"^[\w.-]*[\w-][\w.-]*$")] = "scene"  # also of the run folder
     description: str = ""  # one line, for `fsi cases`
     dimension: Literal[2, 3] = 2
     spacing: Positive  # particle spacing dr [m]
@@ -287,6 +276,12 @@ class Scene(Part):
     damping: tuple[DampingZone, ...] = ()
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}
+    velocimeters: dict[str, Velocimeter] = {}
+    depths: dict[str, DepthGauge] = {}
+    fluxes: dict[str, FluxPlane] = {}
+    runups: dict[str, RunUp] = {}
+    areas: dict[str, Area] = {}
+    loads: dict[str, Load] = {}
     bodies: dict[str, BodyFile] = {}
     coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from fsi.fluid.gauges import Surface, pressure_at
 from fsi.owners import FIRST_BODY, PISTON
 from fsi.sph.columns import corrector_sums
 from fsi.state import Remembers
@@ -45,7 +44,6 @@ class Balance(Remembers):
         self._stopped = np.zeros((fluid.owners, 6))  # impulse of the wall guard, which bodies get in the step after
         self._before = None
         self._dim = dim
-        self._surface = Surface(fluid)
         self._gone = np.zeros(dim)  # momentum of the particles that were lost before the last step
         self.open()
 
@@ -203,10 +201,9 @@ class Balance(Remembers):
             "steps_without_converged_pressure": self.fluid.solver.unsolved,
         }
 
-    def series(self) -> dict:
-        """All time series of the run folder at this instant."""
-        fluid, scene, h = self.fluid, self.scene, self.scene.smoothing_length
-        around = fluid.reductions.around
+    def series(self, readings: dict | None = None) -> dict:
+        """All time series of the run folder at this instant, with the readings of the instruments."""
+        fluid = self.fluid
         out = {
             "kinetic_energy": self.kinetic,
             "potential_energy": self.potential,
@@ -218,19 +215,8 @@ class Balance(Remembers):
             "volume": self.volume,
             "lost_particles": float(fluid.lost),
             "pressure_residual": fluid.residual(),
+            **(readings or {}),
         }
-        if scene.gauges:
-            points = [(g.x,) if fluid.dim == 2 else (g.x, g.y) for g in scene.gauges.values()]
-            level = scene.fluid.still_water_level
-            heights = [self._surface(p) - level for p in points]
-            out["elevation"] = np.array(heights)
-        if scene.probes:
-            weight = scene.fluid.density * scene.gravity
-            values = [
-                pressure_at(*around(p, 2 * h, fluid.position, fluid.pressure_values), np.array(p), h, weight)
-                for p in (probe.position for probe in scene.probes.values())
-            ]
-            out["pressure"] = np.array(values)
         if self.bodies:
             out |= self._body_series()
         return out

@@ -72,11 +72,16 @@ def read(file: Path) -> tuple[dict, dict]:
     start = len(MAGIC) + 32
     if hashlib.sha256(memoryview(data)[start:]).digest() != data[len(MAGIC) : start]:
         raise SceneError("damaged: its checksum is another", file=file, fix=fix)
-    (length,) = struct.unpack_from("<Q", data, start)
+    (length,) = struct.unpack_from("<Q", data.ljust(start + 8, b"\xff"), start)
     if length > HEADER_LIMIT:
         raise SceneError("its header is too large", file=file, fix=fix)
-    header = json.loads(data[start + 8 : start + 8 + length])
-    return header["facts"], _unpacked(header["state"], _arrays(header["state"], data, start + 8 + length))
+    try:
+        header = json.loads(data[start + 8 : start + 8 + length])
+        return header["facts"], _unpacked(header["state"], _arrays(header["state"], data, start + 8 + length))
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as fault:
+        if isinstance(fault, SceneError):
+            raise
+        raise SceneError(f"cannot be understood: {fault}", file=file, fix=fix) from None
 
 
 def _packed(value, arrays: list[np.ndarray]):
@@ -113,6 +118,8 @@ def _arrays(tree, data: bytes, at: int) -> dict[int, np.ndarray]:
         kind = np.dtype(dtype)
         if kind.kind not in KINDS:
             raise SceneError(f"a checkpoint holds numbers, not {kind}", fix="run the scene again")
+        if min(shape, default=0) < 0:
+            raise ValueError(f"an array of shape {shape}")
         count = math.prod(shape)
         found[number] = np.frombuffer(data, kind, count, at).reshape(shape).copy()
         at += count * kind.itemsize

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+import warnings
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
@@ -33,6 +35,9 @@ def carry_out(
 
         def step(sim: Simulation) -> None:
             on_step(sim)
+            _tell_heard(sim)
+            if folder.fault:
+                raise RunError(f"{folder.path} can no longer be written: {folder.fault}")
             due = checkpoints is not None and checkpoints.due
             if sim.ranks:
                 interruption.number, due = sim.ranks.agreed(interruption.number, due)
@@ -53,7 +58,7 @@ def logged(
     None where the scene wants none. Raises RunError where something could not be written."""
     every = sim.scene.output.checkpoint
     checkpoints = Checkpoints(sim, folder.path, every, say) if every else None
-    with _manifest(folder, sim, checkpoints), _heartbeat(folder):
+    with _manifest(folder, sim, checkpoints, say), _heartbeat(folder), _listening():
         try:
             with _closing(recorders, sim, say):
                 yield checkpoints
@@ -75,6 +80,30 @@ def _leave(
     folder.write(status=status, reason=reason, **facts)
 
 
+OWN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)  # for developers
+_heard: deque[str] = deque(maxlen=100)  # Python's warnings belong to the process, and so does this
+
+
+@contextmanager
+def _listening() -> Iterator[None]:
+    """Keep what libraries (numba, MuJoCo, NumPy) warn of, on whatever thread, for the log of the run."""
+    with warnings.catch_warnings():
+        shown = warnings.showwarning
+
+        def show(message, category, *place, **options) -> None:
+            shown(message, category, *place, **options)
+            if not issubclass(category, OWN):
+                _heard.append(f"{category.__name__}: {' '.join(str(message).split())}")
+
+        warnings.showwarning = show
+        yield
+
+
+def _tell_heard(sim: Simulation) -> None:
+    while _heard:
+        sim.report("warning", _heard.popleft())
+
+
 @contextmanager
 def _heartbeat(folder: RunFolder) -> Iterator[None]:
     """Renew the time in `run.json` every `BEAT` seconds."""
@@ -82,8 +111,7 @@ def _heartbeat(folder: RunFolder) -> Iterator[None]:
 
     def beat() -> None:
         while not over.wait(BEAT):
-            with suppress(OSError):
-                folder.beat()
+            folder.beat()
 
     thread = threading.Thread(target=beat, name="heartbeat", daemon=True)
     thread.start()
@@ -95,7 +123,9 @@ def _heartbeat(folder: RunFolder) -> Iterator[None]:
 
 
 @contextmanager
-def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None) -> Iterator[None]:
+def _manifest(
+    folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | None, say: Callable[[str], None]
+) -> Iterator[None]:
     status, reason = "failed", ""
     try:
         yield
@@ -112,7 +142,10 @@ def _manifest(folder: RunFolder, sim: Simulation, checkpoints: Checkpoints | Non
         try:
             folder.write(**facts)
         except OSError as fault:
-            raise RunError(f"{folder.path}/run.json could not be written: {fault.strerror}") from None
+            text = f"{folder.path}/run.json could not be written: {fault.strerror}"
+            if status != "failed":
+                raise RunError(text) from None
+            say(text)  # the run's own error is the one raised
 
 
 def outcome(sim: Simulation) -> dict:
@@ -147,6 +180,7 @@ def _closing(recorders: list[Recorder], sim: Simulation, say: Callable[[str], No
 
 def _close(recorders: list[Recorder], sim: Simulation, level: str, text: str) -> None:
     try:
+        _tell_heard(sim)
         sim.finish(level, text)
     finally:
         for recorder in recorders:

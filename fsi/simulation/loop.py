@@ -10,7 +10,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from fsi.compute.team import Team
+from fsi.compute import jit
+from fsi.compute.team import Team, available_threads
 from fsi.errors import RunError, SceneError
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
@@ -24,6 +25,7 @@ from fsi.scene.model import Scene
 from fsi.simulation.alarms import Alarms
 from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
+from fsi.simulation.instruments import Instruments
 from fsi.simulation.motion import Motion, Movers
 from fsi.simulation.stability import Stability
 from fsi.sph.columns import corrector_sums
@@ -60,12 +62,13 @@ class Simulation(Remembers):
     """A run of a scene.
 
     Bodies, coupler and bathymetry are built as the scene says; `bodies` and `coupler` (together) and `ground` (the bathymetry)
-    take their place where they are given; `ranks`: of the processes that the run is shared among. Raises SceneError where the scene cannot be built, RunError where the run fails.
+    take their place where they are given; `ranks`: of the processes that the run is shared among. Raises SceneError where the
+    scene cannot be built, RunError where the run fails.
     `state()` is all that the steps to come depend on (`fsi.protocols.Stateful`); `fsi.open` is the door for users.
     """
 
     remembered = (
-        "time", "dt", "step_count", "fluid", "balance", "bodies", "coupler", "absorber", "_limits", "_speed",
+        "time", "dt", "step_count", "fluid", "balance", "instruments", "bodies", "coupler", "absorber", "_limits", "_speed",
         "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms",
     )  # fmt: skip
 
@@ -83,7 +86,7 @@ class Simulation(Remembers):
         bodies, coupler, ground = _built(scene, bodies, coupler, ground)
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
-        self.team = Team(threads)
+        self.team = _team(threads)
         self.ranks = ranks  # `fsi.ranks.start.Membership`, None in a run of one process
         self.fluid = Fluid(scene, layout, self.team, *(ranks.parts(scene, layout) if ranks else ()))
         self.movers = self._movers()
@@ -93,8 +96,13 @@ class Simulation(Remembers):
 
             self.glue = Glue(self.fluid, bodies, layout.glued)
         self.balance = Balance(scene, self.fluid, bodies)
+        self.instruments = Instruments(scene, self.fluid, bodies)
         self.time, self.dt, self.step_count = 0.0, 0.0, 0
-        self._notes = [*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)]
+        self._notes = [
+            *([jit.NOTE] if jit.NOTE else []),
+            *layout.notes,
+            *dry_gauges(scene, layout.position, layout.boundary),
+        ]
         self.phases: dict[str, float] = defaultdict(float)
         self._limits = TimeStep(scene, layout.depth)
         self._notes += self._limits.notes
@@ -186,7 +194,9 @@ class Simulation(Remembers):
         with self._phase("corrector"):
             if "series" in logged and self.recorders:
                 self.balance.open_audit()
+                self.instruments.open()
             sums, impulse = self.fluid.correct()
+            self.instruments.step(dt)
             if self.glue:
                 self.glue.hold(sums, impulse)
             sums = self.balance.ordered(sums, "series" in logged and bool(self.recorders))
@@ -295,7 +305,7 @@ class Simulation(Remembers):
             self._due[stream] = interval * math.floor(self.time / interval + 1e-3)
         frame = Frame(*self.now)
         if stream == "series":
-            frame.series = self.balance.series()
+            frame.series = self.balance.series(self.instruments.series(self.time, self.balance.dt))
         else:
             seen = self.fluid.seen()
             frame.position, frame.velocity, frame.pressure, frame.label = (seen.pop(name) for name in self.fluid.SEEN)
@@ -344,6 +354,14 @@ class Simulation(Remembers):
     def audit(self) -> dict:
         """Balance of energy and momentum and what was lost, for `run.json`."""
         return self.balance.audit() | self.alarms.audit()
+
+
+def _team(threads: int | None) -> Team:
+    try:
+        return Team(threads)
+    except RuntimeError as fault:  # a limit of the system, or of a container
+        text = f"the system refuses {threads or available_threads()} threads: {fault}"
+        raise SceneError(text, key="--threads", fix="use fewer, or raise the limit of processes (ulimit -u)") from None
 
 
 def _built(scene: Scene, bodies: BodySet | None, coupler: Coupler | None, ground: Solid | None) -> tuple:

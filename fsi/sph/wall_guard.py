@@ -38,7 +38,7 @@ def make_guard(dim: int, counted: bool = False):
     x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
     list[near:far] - first. account: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
     owners, added with its moment to taken (owners, 6). `counted`: there as integers, whose sum does not depend on the order;
-    one more row of centre then says how many there are to 1 N s, and to 1 N m s."""
+    two more columns of centre then say how many there are to 1 N s, and to 1 N m s."""
     DIM = dim
 
     @helper(dim)
@@ -97,7 +97,7 @@ def make_guard(dim: int, counted: bool = False):
     @helper(dim)
     def count_moment(d, impulse, x, o, centre, taken):
         """The same in whole units."""
-        axis, per_impulse, per_moment = 2 if d == DIM - 1 else d, centre[-1, 0], centre[-1, 1]
+        axis, per_impulse, per_moment = 2 if d == DIM - 1 else d, centre[0, DIM], centre[0, DIM + 1]
         taken[o, axis] += np.int64(np.rint(impulse * per_impulse))
         for a in range(DIM):
             axis_a = 2 if a == DIM - 1 else a

@@ -157,7 +157,7 @@ def make_extrapolation(lanes: int, dim: int, responses: int = 0):
 
 @cache
 def make_response_extrapolation(lanes: int, dim: int, responses: int):
-    """The part of `make_extrapolation` that belongs to so many linear responses (see `fsi.sph.pressure.make_response_sweep`)."""
+    """The part of `make_extrapolation` that belongs to so many linear responses (`fsi.sph.pressure.make_response_sweep`)."""
     L, DIM, M = lanes, dim, responses
     (X,) = columns.field(dim).of("x")
     (TOTAL,) = columns.shepard(dim).of("total")

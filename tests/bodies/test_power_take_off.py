@@ -5,6 +5,7 @@ import pytest
 
 from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile
+from fsi.trust import checking, trusting
 
 HEAVE = """<body name="buoy"><joint name="heave" type="slide" axis="0 0 1" {joint}/>
   <geom name="buoy" type="box" size="0.1 0.1 0.1" density="1000"/></body>"""
@@ -12,6 +13,12 @@ PAIR = """<body name="lower"><joint name="hip" axis="0 1 0"/><geom type="box" po
   <body name="upper" pos="0 0 1"><joint name="knee" axis="0 1 0"/>
     <geom type="box" pos="0 0 0.5" size="0.1 0.2 0.4"/></body></body>"""
 MASS, DT = 8.0, 5e-3
+
+
+@pytest.fixture(autouse=True)
+def trusted():
+    with trusting():
+        yield
 
 
 @pytest.fixture
@@ -188,6 +195,21 @@ def test_a_function_that_remembers_is_refused(buoy, tmp_path, text):
         RunError, match=r"mine.py:brake\(.*\) gave .* and later .*: it remembers, and steps are repeated"
     ):
         run(bodies, 400)
+
+
+def test_a_check_reads_a_users_function_and_does_not_run_it(buoy, tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("raise SystemExit\ndef brake(time, x, v):\n    return -v\nbrake2 = lambda t, x, v: 0\n")
+    with checking():
+        for name in ("brake", "brake2"):
+            bodies = buoy({"kind": "python", "function": f"{file}:{name}"})
+            assert any(f"mine.py:{name} is not run by a check" in note for note in bodies.notes)
+        assert bodies.joints()["joint_force"] == 0.0
+        with pytest.raises(SceneError, match=r"pto.function: no function 'broke'; .*mine.py has: brake2, brake"):
+            buoy({"kind": "python", "function": f"{file}:broke"})
+        file.write_text("def brake(:\n")
+        with pytest.raises(SceneError, match=r"mine.py: SyntaxError"):
+            buoy({"kind": "python", "function": f"{file}:brake"})
 
 
 def test_a_coulomb_force_needs_the_flag(make_bodies, tmp_path):

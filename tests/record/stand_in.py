@@ -94,6 +94,9 @@ class Simulation:
         for recorder in self.recorders:
             recorder.event(self.events[-1])
 
+    def report(self, level, text):
+        self.tell(text, level)
+
     def finish(self, level, text):
         self.tell("a warning", "warning")
         self.tell(text, level)

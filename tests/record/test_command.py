@@ -99,13 +99,20 @@ def test_unstable_run_exits_with_1_and_stays_readable(here, solver):
     assert data.attrs["log_complete"] == 1
 
 
-def test_full_disk_exits_with_1(here, solver):
-    (here / "full").mkdir()
-    (here / "full/run.mcap").symlink_to("/dev/full")
-    result = command("run", "small.toml", "--out", "full", "--quiet")
+def test_full_disk_exits_with_1(here, solver, monkeypatch):
+    """As a limit to the size of files, which the log reaches: run.json still says how the run ended."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, before[1]))
+    try:
+        result = command("run", "small.toml", "--out", "full", "--quiet")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     message = "the disk is full: the log could not be written; what came before can be read"
     assert (result.exit_code, result.stderr) == (1, message + "\n")
-    assert manifest(here / "full")["status"] == "failed"
+    assert (manifest(here / "full")["status"], manifest(here / "full")["reason"]) == ("failed", message)
+    assert all(file.stat().st_size for file in (here / "full").iterdir())
+    assert 0 < fsi.load_run("full").sizes["time"] < 100
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -76,3 +76,14 @@ def test_colour_map_gets_evenly_lighter():
     assert (steps > 0).all()
     assert steps.max() < 2 * steps.min()
     assert packed(np.array([[1, 2, 3]], np.uint8))[0] == 0x010203FF
+
+
+def test_recording_that_is_taken_away_is_told(scene, tmp_path):
+    recorder = TimelineRecorder(tmp_path / "run.rrd")
+    recorder.begin(scene, None)
+    recorder.tick()
+    (tmp_path / "run.rrd").unlink()
+    with pytest.raises(OSError, match="removed while the run went on"):
+        recorder.tick()
+    with pytest.raises(OSError, match="removed while the run went on"):
+        recorder.end()

@@ -20,7 +20,8 @@ from fsi.record.background import open_recorders
 from fsi.record.colours import colour_map
 
 pytest.importorskip("rerun")
-from fsi.record.timeline import GAUGE, TimelineRecorder
+from fsi.record.timeline import TimelineRecorder
+from fsi.record.timeline_marks import GAUGE
 from fsi.record.viewer import WebViewer
 
 needs_browser = pytest.mark.skipif(not CHROMIUM, reason="no Chromium")

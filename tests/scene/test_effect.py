@@ -55,6 +55,14 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "gauges.*": ("gauges.a", "{x = 1.0}", OFF, "both off"),
     "gauges.*.y": ("gauges.a", "{x = 1.0, y = 0.5}", {}, "no y axis"),
     "probes.*": ("probes.a", "{position = [1.0, -0.1]}", {"output.series": "0"}, "output.series is 0"),
+    "velocimeters.*": ("velocimeters.a", "{position = [1.0, -0.1]}", OFF, "both off"),
+    "velocimeters.*.points": ("velocimeters.a", "{position = [1.0, -0.1], points = 5}", {}, "one point"),
+    "depths.*": ("depths.a", "{x = 1.0}", OFF, "both off"),
+    "depths.*.y": ("depths.a", "{x = 1.0, y = 0.5}", {}, "no y axis"),
+    "fluxes.*": ("fluxes.a", "{min = [1.0, -0.5], max = [1.0, 0.5]}", OFF, "both off"),
+    "runups.*": ("runups.a", "{start = [1.0], end = [1.5]}", OFF, "both off"),
+    "areas.*": ("areas.a", "{min = [1.0], max = [1.5]}", OFF, "both off"),
+    "loads.*": ("loads.a", "{on = 'x+'}", OFF, "both off"),
     "bodies.*.pto.rest": ("bodies.b.pto", "{damping = 3.0, rest = 0.1}", BODY, "no spring"),
     "coupler.scheme": ("coupler.scheme", "lagged", {}, "no bodies"),
     "coupler.tolerance": (
@@ -87,6 +95,7 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "output.fields": ("output.fields", '["speed"]', {"output.timeline": "false"}, "no stream"),
     "output.fraction": ("output.fraction", "0.5", {"output.particles": "0"}, "output.particles is 0"),
     "output.particles_limit": ("output.particles_limit", "9.0", {"output.fraction": "0.5"}, "output.fraction"),
+    "output.values": ("output.values", "true", {"output.timeline": "false"}, "output.timeline is off"),
     "output.cloud": ("output.cloud", "true", {"output.mcap": "false"}, "output.mcap"),
 }
 
@@ -108,9 +117,18 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "liquids.*.rheology.yield_stress liquids.*.rheology.cross_time": "with the rheology",
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
+    "waves.distance waves.delay waves.lowest waves.format waves.time waves.site waves.scale waves.terms": "the piston's path",
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
     "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",
+    "gauges.*.reading": "how the gauge reads",
+    "probes.*.body probes.*.site": "refused without bodies, or where no moving wet body has it",
+    "depths.*.x velocimeters.*.position velocimeters.*.end": "outside the tank refused",
+    "fluxes.*.min fluxes.*.max": "refused where the plane lies outside the tank",
+    "runups.*.start runups.*.end areas.*.min areas.*.max": "outside the tank refused",
+    "runups.*.depth areas.*.depth": "where the water line is",
+    "loads.*.on loads.*.min loads.*.max": "refused where nothing fixed is there",
+    "loads.*.about": "the torque",
     "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `idle_solids`",
     "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `idle_solids`",
     "bodies.*.glued_layers": "told by `idle_solids` where no body of the file moves",
@@ -158,7 +176,18 @@ def test_every_key_of_a_scene_stands_in_one_of_the_tables():
     assert set(CASES) == set(IDLE)
     assert not listed & set(IDLE)
     leaves = {pattern for pattern in IDLE if pattern in keys}
-    assert set(IDLE) - leaves == {"fluid.rheology", "liquids.*.rheology", "gauges.*", "probes.*"}  # whole parts
+    assert set(IDLE) - leaves == {
+        "fluid.rheology",
+        "liquids.*.rheology",
+        "gauges.*",
+        "probes.*",
+        "velocimeters.*",
+        "depths.*",
+        "fluxes.*",
+        "runups.*",
+        "areas.*",
+        "loads.*",
+    }  # whole parts
     assert keys - leaves - listed == set()
     assert listed - keys == set()
 

@@ -118,10 +118,13 @@ def test_what_cannot_be_resumed_says_why(tmp_path):
     scene = load("layers", tmp_path, "output.checkpoint=0", "duration=0.02", "output.timeline=false")
     folder = fsi.run(scene, out=tmp_path / "run", threads=1, quiet=True).folder
     facts = json.loads((folder / "run.json").read_text())
-    for change, said in (({"status": "running", **process()}, "going on"), ({"status": "failed"}, "no checkpoint")):
+    elsewhere = {"status": "running", **process(), "host": "elsewhere"}
+    for change, said in ((elsewhere, "going on"), ({"status": "failed"}, "no checkpoint")):
         (folder / "run.json").write_text(json.dumps(facts | change))
         with pytest.raises(SceneError, match=said):
             fsi.resume(folder)
+    with RunFolder.open(folder), pytest.raises(SceneError, match="in use by another process"):
+        fsi.resume(folder)
 
 
 def test_recover_completes_a_log_that_was_cut_off(tmp_path):

@@ -17,7 +17,20 @@ FORBIDDEN = {
     "couplers": {"bodies", "cases"},
     "cases": set(),
 }
-BASE = {"errors", "extras", "owners", "parts", "plugins", "progress", "protocols", "state", "tables"}
+BASE = {
+    "errors",
+    "extras",
+    "messages",
+    "owners",
+    "parts",
+    "plugins",
+    "progress",
+    "protocols",
+    "state",
+    "strict_json",
+    "tables",
+    "trust",
+}
 LAYERS = (  # of fsi, from below; those in one layer know nothing of each other, but for those of the base
     BASE,
     {"compute"},

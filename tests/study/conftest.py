@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from fsi.scene.file import load_scene
+from fsi.trust import trusting
 
 TANK = """
 spacing = 0.1
@@ -35,3 +36,10 @@ def here(tmp_path, monkeypatch) -> Path:
 @pytest.fixture
 def flap_scene():
     return load_scene(Path(__file__).parents[2] / "examples/studies/flap_tank.toml")
+
+
+@pytest.fixture
+def trusted():
+    """Code that a study or a scene names may run."""
+    with trusting():
+        yield

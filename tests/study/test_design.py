@@ -56,7 +56,7 @@ def test_the_hash_sees_the_contents_of_files_not_where_they_are(here):
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def test_a_script_makes_geometry(here):
+def test_a_script_makes_geometry(here, trusted):
     (here / "make.py").write_text(
         "def build(folder, height):\n"
         '    body = f\'<body name="b" pos="0 0 {height}"/>\'\n'
@@ -89,7 +89,7 @@ def test_a_key_that_leads_nowhere_says_so(here, key, fault):
     assert fault in str(error.value)
 
 
-def test_a_script_that_fails_says_where(here):
+def test_a_script_that_fails_says_where(here, trusted):
     for text, fault in (("x = 1", "no function build"), ("def build(folder):\n    return 1", "no table of keys"),
                         ("def build(folder):\n    1 / 0", "build failed: ZeroDivisionError")):  # fmt: skip
         (here / "make.py").write_text(text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import platform
@@ -20,6 +19,8 @@ from cases.validation.engine.registry import NAMES, load, module_of
 from cases.validation.engine.report import cells, headings, order_lines, plot, seconds, shown, words
 from cases.validation.engine.solvers import DEFAULT, SOLVERS
 from fsi.errors import SceneError
+from fsi.record.files import write_text
+from fsi.strict_json import dumps, loads
 
 HEAD = """# Validation
 
@@ -77,8 +78,8 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             entries = [{**r.row.as_dict(), "machine": r.machine, "date": r.date} for r in self.results]
-            self.file.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
-            self.report.write_text(self.markdown(), encoding="utf-8")
+            write_text(self.file, dumps(entries, indent=1) + "\n")
+            write_text(self.report, self.markdown())
         except OSError as fault:
             raise SceneError(
                 f"{self.folder} cannot be written: {fault.strerror}", key="--out", fix="choose another folder"
@@ -124,7 +125,7 @@ class Store:
         if not self.file.is_file():
             return []
         try:
-            entries = json.loads(self.file.read_text(encoding="utf-8"))
+            entries = loads(self.file.read_text(encoding="utf-8"))
             results = [Result(machine=e.pop("machine"), date=e.pop("date"), row=_row(e)) for e in entries]
         except (ValueError, KeyError, TypeError) as fault:
             raise SceneError(f"not a file of results ({fault})", file=self.file, fix="remove it") from None

@@ -65,17 +65,22 @@ class Waves(WaveKind):
         yield from resolved(water, "the shortest wave", water.length(self.peak_period / self.highest), LEAST_LENGTH)
 
     def surface(self, motion, depth: float, g: float) -> Surface:
-        k = np.array([wavenumber(w, depth, g) for w in motion.omega])
-        modes = [evanescent(w, depth, g) for w in motion.omega]
-        decay, share = (np.array(part) for part in zip(*modes, strict=True))
+        return sea_surface(motion, depth, g)
 
-        def elevation(t: float, x: float) -> float:
-            angle = motion.omega * t + motion.phase
-            near = (share * np.exp(-decay * x)).sum(1)
-            eta = motion.wave_amplitude @ np.cos(angle - k * x) + (motion.amplitude * near) @ np.sin(angle)
-            return motion.envelope(t) * float(eta)
 
-        return elevation
+def sea_surface(motion: IrregularPiston, depth: float, g: float) -> Surface:
+    """The elevation by linear theory that a sum of components makes near the piston."""
+    k = np.array([wavenumber(w, depth, g) for w in motion.omega])
+    modes = [evanescent(w, depth, g) for w in motion.omega]
+    decay, share = (np.array(part) for part in zip(*modes, strict=True))
+
+    def elevation(t: float, x: float) -> float:
+        angle = motion.omega * t + motion.phase
+        near = (share * np.exp(-decay * x)).sum(1)
+        eta = motion.wave_amplitude @ np.cos(angle - k * x) + (motion.amplitude * near) @ np.sin(angle)
+        return motion.envelope(t) * float(eta)
+
+    return elevation
 
 
 def spectrum(f: np.ndarray, peak: float, gamma: float) -> np.ndarray:
@@ -121,15 +126,20 @@ def irregular_piston(waves: Waves, depth: float, g: float) -> IrregularPiston:
 
     One component stands at a random place in each of equally wide bands of frequency, so that the sum does not repeat
     itself, with the amplitude of its band's energy; the amplitudes are scaled to Hm0 exactly."""
-    rng = np.random.default_rng(waves.seed)
     peak = 1 / waves.peak_period
-    edges = np.linspace(LOWEST * peak, waves.highest * peak, waves.components + 1)
-    f = edges[:-1] + rng.random(waves.components) * np.diff(edges)
-    phase = 2 * math.pi * rng.random(waves.components)
     gamma = 1.0 if waves.spectrum == "pierson_moskowitz" else waves.gamma or 3.3
-    height = np.sqrt(spectrum(f, peak, gamma))
-    wave_amplitude = height * waves.Hm0 / math.sqrt(8 * (height**2).sum())  # Hm0^2 / 16 = m0 = sum a^2 / 2
+    edges = np.linspace(LOWEST * peak, waves.highest * peak, waves.components + 1)
+    ramp = 2 * waves.peak_period if waves.ramp is None else waves.ramp
+    return random_sea(edges, lambda f: spectrum(f, peak, gamma), waves.Hm0, waves.seed, ramp, depth, g)
+
+
+def random_sea(edges: np.ndarray, shape, Hm0: float, seed: int, ramp: float, depth: float, g: float) -> IrregularPiston:
+    """The piston for a sea of the spectrum shape(f [Hz]), of any scale, with a component in each band between `edges` [Hz]."""
+    rng, count = np.random.default_rng(seed), len(edges) - 1
+    f = edges[:-1] + rng.random(count) * np.diff(edges)
+    phase = 2 * math.pi * rng.random(count)
+    height = np.sqrt(shape(f))
+    wave_amplitude = height * Hm0 / math.sqrt(8 * (height**2).sum())  # Hm0^2 / 16 = m0 = sum a^2 / 2
     omega = 2 * math.pi * f
     transfer = np.array([piston_transfer(wavenumber(w, depth, g) * depth) for w in omega])
-    ramp = 2 * waves.peak_period if waves.ramp is None else waves.ramp
     return IrregularPiston(wave_amplitude / transfer, wave_amplitude, omega, phase, ramp)

@@ -1,0 +1,1 @@
+"""Pictures and files of a run for other programs: ParaView, videos, the reconstructed free surface."""

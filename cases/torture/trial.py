@@ -1,0 +1,226 @@
+"""What all tests of `cases.torture` share: small scenes, runs of them in processes of their own, and how runs are compared.
+
+A process is forked from one that has compiled the scene's kernels but opened no recording and owns no threads, so that a run
+begins within milliseconds.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from cases.bench.identity import CHANNEL, LAYERS, SEA
+from fsi.errors import RunError, SceneError
+from fsi.record.run_folder import load_run, read_manifest
+from fsi.resuming import resume
+from fsi.runner import run
+from fsi.scene.file import load_scene, resolved_toml
+from fsi.scene.model import Scene
+
+FLAP = ("spacing=0.07", "tank.max=[5.0, 0.49]", "bodies.flap.position=[2.1, 0.0, 0.0]", "gauges.lee.x=3.0",
+        "damping[0].start=4.0", "damping[0].end=5.0", "probes=", "duration=1.0")  # fmt: skip
+SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "channel": (CHANNEL, ("spacing=0.025", "duration=6.0")),
+    "layers": (LAYERS, ("spacing=0.025", "duration=1.6")),
+    "sea": (SEA, ("spacing=0.06", "tank.min=[0.0, -0.48]", "duration=4.0")),
+    "box": ("floating_box_2d", ("spacing=0.05", "duration=2.0")),
+    "flap": (
+        "flap",
+        (*FLAP, "coupler.scheme=fixed_point", "bodies.flap.pto.kind=latching", "bodies.flap.pto.hold=0.1"),
+    ),
+    "slide": (
+        "slide_submarine_contact",
+        ("spacing=0.05", "tank.min=[-0.025, -1]", "tank.max=[3.975, 0.5]", "duration=0.3"),
+    ),
+}
+OUTPUT = ("output.checkpoint=0.05", "output.series=0.005", "output.particles=0.05")
+DONE, FAILED, REFUSED = 0, 1, 2  # exit codes
+PATIENCE = 120.0  # [s] that a process may take to end
+
+
+@dataclass
+class Score:
+    """Of one test: how often it was tried, how often nothing was lost, what was lost in words; and what else was counted."""
+
+    test: str
+    tries: int = 0
+    survived: int = 0
+    lost: list[str] = field(default_factory=list)
+    counts: Counter = field(default_factory=Counter)
+    slowest_end: float = 0.0  # from a signal to the end of the process [s]
+
+    def book(self, where: str, faults: list[str]) -> None:
+        """One more try, with what was wrong afterwards."""
+        self.tries += 1
+        self.survived += not faults
+        self.lost += [f"{self.test}, {where}: {fault}" for fault in faults]
+
+    def add(self, other: Score) -> None:
+        """Put the score of the same test on another scene to this one."""
+        self.tries, self.survived = self.tries + other.tries, self.survived + other.survived
+        self.lost, self.counts = self.lost + other.lost, self.counts + other.counts
+        self.slowest_end = max(self.slowest_end, other.slowest_end)
+
+    @property
+    def remark(self) -> str:
+        """What else was counted, in words."""
+        slowest = [f"the slowest ended within {self.slowest_end:.2f} s"] if self.slowest_end else []
+        return ", ".join([*slowest, *(f"{count} {what}" for what, count in self.counts.items())])
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A scene under test: its run that nothing happened to, in `whole`, and how long that took [s]."""
+
+    name: str
+    scene: Scene
+    folder: Path
+    whole: Path
+    seconds: float
+
+    @property
+    def file(self) -> Path:
+        """The scene as a file."""
+        return self.folder / f"{self.name}.toml"
+
+    def new(self, purpose: str, number: int) -> Path:
+        """A folder that is not there yet."""
+        return self.folder / f"{self.name}-{purpose}-{number}"
+
+
+def subject(name: str, folder: Path) -> Subject:
+    """Compile a scene's kernels in this process and run it once, undisturbed, in another. RunError where that fails."""
+    source, settings = SCENES[name]
+    if "\n" in source:
+        (folder / f"{name}-source.toml").write_text(source)
+        source = str(folder / f"{name}-source.toml")
+    scene = load_scene(source, [*settings, *OUTPUT])
+    (folder / f"{name}.toml").write_text(resolved_toml(scene))
+    _warm(scene)
+    whole = folder / f"{name}-whole"
+    began = time.perf_counter()
+    if wait(fork(lambda: go(scene, whole))) != DONE:
+        raise RunError(f"{name} does not run by itself")
+    return Subject(name, scene, folder, whole, time.perf_counter() - began)
+
+
+def _warm(scene: Scene) -> None:
+    """Load or compile what a run takes; the modules that record are imported, and open nothing."""
+    import fsi.record.mcap
+    import fsi.record.timeline  # noqa: F401
+    from fsi.simulation.loop import Simulation
+
+    simulation = Simulation(scene, threads=1)
+    simulation.run(0.02 * scene.duration)
+    simulation.close()
+
+
+def go(scene: Scene, folder: Path, threads: int = 1) -> int:
+    """Run a scene, or go on with it from its last checkpoint; the exit code."""
+    if any(folder.glob("checkpoints/*.checkpoint")) and (folder / "run.json").exists():
+        return resume(folder, threads=threads, quiet=True).exit_code
+    if (folder / "run.json").exists():
+        for file in folder.iterdir():
+            if file.is_file():
+                file.unlink()
+    return run(scene, out=folder, threads=threads, quiet=True).exit_code
+
+
+def fork(call: Callable[[], int]) -> int:
+    """Do something in a process of its own, which ends with what it returns, or as the command `fsi` would."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if child := os.fork():
+        return child
+    code = FAILED
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell turns off in the background
+        code = call()
+    except SceneError:
+        code = REFUSED
+    except RunError:
+        code = FAILED
+    except KeyboardInterrupt:
+        code = 130
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else FAILED
+    except BaseException as fault:
+        print(f"{type(fault).__name__}: {fault}", file=sys.stderr, flush=True)
+        code = 99
+    finally:
+        os._exit(code)
+
+
+def wait(child: int, seconds: float = PATIENCE) -> int | None:
+    """The exit code of a process, negative for the signal that ended it; None where it had to be killed after so long."""
+    end = time.perf_counter() + seconds
+    while time.perf_counter() < end:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.002)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return None
+
+
+def is_done(folder: Path) -> bool:
+    return (folder / "run.json").exists() and read_manifest(folder)["status"] == "done"
+
+
+def load(folder: Path):
+    """The series of a run, without a word on what is missing."""
+    with warnings.catch_warnings(action="ignore"):
+        return load_run(folder)
+
+
+def compare(folder: Path, reference: Path) -> list[str]:
+    """Names of what is not the same, bit for bit, in two runs that are done: series, events, snapshots of particles."""
+    try:
+        faults = different(load(folder), load(reference), events=True)
+    except SceneError as fault:
+        return [str(fault)]
+    if (reference / "run.rrd").exists():
+        from fsi.record.timeline_reader import read_snapshots
+
+        times = np.arange(0, 100, 0.05)
+        try:
+            ours, theirs = (read_snapshots(path / "run.rrd", times) for path in (folder, reference))
+        except SceneError as fault:
+            return [*faults, str(fault)]
+        same = len(ours) == len(theirs) and all(
+            a.time == b.time and np.array_equal(a.position, b.position) and np.array_equal(a.level, b.level)
+            for a, b in zip(ours, theirs, strict=True)
+        )
+        faults += [] if same else [f"snapshots ({len(ours)} of {len(theirs)})"]
+    return faults
+
+
+def different(one, two, events: bool = False) -> list[str]:
+    """Names of the variables that are not the same in two datasets; `wall_time` is never the same."""
+    names = sorted((set(one.variables) | set(two.variables)) - {"wall_time"})
+    names = [name for name in names if events or not name.startswith("event")]
+    return [n for n in names if n not in one.variables or n not in two.variables or not _same(one[n], two[n])]
+
+
+def prefix_faults(folder: Path, whole) -> list[str]:
+    """What of the series that a run has left, however it ended, is not as in the whole run up to there."""
+    if not (folder / "run.mcap").exists():
+        return []
+    left = load(folder)
+    count = left.sizes.get("time", 0)
+    return [f"other values: {name}" for name in different(left, whole.isel(time=slice(count)))] if count else []
+
+
+def _same(a, b) -> bool:
+    a, b = a.values, b.values
+    return a.shape == b.shape and bool(np.array_equal(a, b, equal_nan=a.dtype.kind == "f"))
