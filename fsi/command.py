@@ -26,6 +26,7 @@ from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 from fsi.simulation.signals import at_once
 from fsi.strict_json import dumps
 
+SHARED = ("run", "resume")  # what several processes do together
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
 
@@ -91,11 +92,17 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_version)
     ] = False,
 ) -> None:
     """Explicit incompressible SPH, coupled to rigid bodies in MuJoCo."""
+    command, started = context.invoked_subcommand, runner.together() or 1
+    if started > 1 and command not in SHARED:
+        with exit_codes():
+            fault = f"fsi {command} runs in one process, and {started} were started"
+            raise SceneError(fault, fix=f"start it without mpiexec; {' and '.join(SHARED)} can be shared")
 
 
 @contextmanager

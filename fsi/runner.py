@@ -95,11 +95,16 @@ def run(
         return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
 
 
+def together() -> int | None:
+    """How many processes were started with this one, as the environment says; None where it says nothing."""
+    return next((int(os.environ[name]) for name in STARTED if os.environ.get(name, "").isdigit()), None)
+
+
 @contextmanager
 def joined(shape: str | None = None) -> Iterator[Any]:
     """This process as one of several that a run is shared among, arranged as `shape`, such as 4x1x1 (chosen if not given), for
     `run` and `resume`; None where `mpiexec` has not started several, or asks for none."""
-    started = next((int(os.environ[name]) for name in STARTED if os.environ.get(name, "").isdigit()), None)
+    started = together()
     if shape is None and (started or 1) == 1:
         yield None
         return

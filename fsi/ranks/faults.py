@@ -1,8 +1,8 @@
 """A rank that fails, dies or hangs ends all of them, with one message.
 
 Every rank tells the root twice a second, from a thread of its own, whether it waits for others and how much processor time
-it has used. The root ends the run where one has failed alone, says nothing any more, stands still, or is busy far longer than ever
-before while the root waits for it. What the starter of the processes sees first, a rank that was killed, it ends itself.
+it has used. The root ends the run where one has failed alone, says nothing any more, stands still, or is busy far longer than
+ever before while the root waits for it. What the starter of the processes sees first, a rank that was killed, it ends itself.
 """
 
 from __future__ import annotations
