@@ -2,7 +2,8 @@
 
 Every rank tells the root twice a second, from a thread of its own, whether it waits for others and how much processor time
 it has used. The root ends the run where one has failed alone, says nothing any more, stands still, or is busy far longer than
-ever before while the root waits for it. What the starter of the processes sees first, a rank that was killed, it ends itself.
+ever before while the root waits for it; the second rank watches over the root in the same way. What the starter of the
+processes sees first, a rank that was killed, it ends itself.
 """
 
 from __future__ import annotations
@@ -28,12 +29,15 @@ class Watch:
 
     def __init__(self, ranks):
         self._ranks, self._comm = ranks, ranks.comm.Dup()
-        self._over, self._ended = threading.Event(), threading.Event()
+        self._over = threading.Event()
         self.leave: Callable[[str], None] | None = None
         self._voice = sys.stderr
         now = clock.monotonic()
-        self._seen = [[now, now, 0.0, False, now, 0, 0.0] for _ in range(ranks.size)]
+        watched = range(1, ranks.size) if ranks.root else (0,) if ranks.rank == 1 else ()
+        self._seen = {rank: [now, now, 0.0, False, now, 0, 0.0] for rank in watched}
         self._finished: set[int] = set()
+        self._told: list = []  # messages on their way
+        self._telling = threading.Lock()
         self._own_end = False
         many = ranks.size > 1 and ranks.threaded
         self._thread = threading.Thread(target=self._serve, name="ranks", daemon=True) if many else None
@@ -57,10 +61,7 @@ class Watch:
         if not self._thread:
             return
         self._own_end = True
-        if self._ranks.root:
-            self._finished.add(0)
-        else:
-            self._comm.send((kind, self._state(), text), dest=0, tag=1)
+        self._tell(kind, text)
         request, start = self._comm.Ibarrier(), clock.monotonic()
         while not request.Test():
             clock.sleep(0.01)
@@ -73,14 +74,20 @@ class Watch:
         """Whether it waits for others, how often it has, processor time [s]."""
         return self._ranks.waiting, self._ranks.turns, clock.process_time()
 
+    def _tell(self, kind: int, text: str = "") -> None:
+        """Tell the rank that watches over this one, without waiting until it hears that."""
+        watcher = 1 if self._ranks.root else 0
+        with self._telling:
+            self._told = [request for request in self._told if not request.Test()]
+            self._told.append(self._comm.isend((kind, self._state(), text), dest=watcher, tag=1))
+
     def _serve(self) -> None:
         while not self._over.wait(BEAT):
-            if self._ranks.root:
+            self._tell(ALIVE)
+            if self._seen:
                 self._listen()
-            else:
-                self._comm.send((ALIVE, self._state(), ""), dest=0, tag=1)
 
-    # -------------------------------------------------------------------------------------- the root
+    # -------------------------------------------------------------------------------------- those that watch
 
     def _listen(self) -> None:
         from mpi4py import MPI
@@ -106,11 +113,11 @@ class Watch:
         self._seen[rank] = [now, moved, used, waiting, since, turns, longest]
 
     def _judge(self) -> None:
-        """End the run where a rank that the root waits for is dead, or hangs."""
+        """End the run where a rank that this one waits for is dead, or hangs."""
         if not self._ranks.waiting and not self._own_end:
             return
         now = clock.monotonic()
-        for rank, (heard, moved, _, waiting, since, _, longest) in enumerate(self._seen[1:], 1):
+        for rank, (heard, moved, _, waiting, since, _, longest) in self._seen.items():
             if rank in self._finished:
                 continue
             if now - heard > SILENT:
@@ -121,7 +128,7 @@ class Watch:
                 self._give_up(f"rank {rank} has been busy for {now - since:.0f} s, ten times as long as ever before")
 
     def _after_grace(self, rank: int, text: str) -> None:
-        """A rank has failed: end the run, unless the root comes to its own end meanwhile."""
+        """A rank has failed: end the run, unless this one comes to its own end meanwhile."""
         start = clock.monotonic()
         while clock.monotonic() - start < GRACE:
             if self._own_end:

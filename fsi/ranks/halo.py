@@ -15,7 +15,7 @@ import numpy as np
 
 from fsi.particles.cells import CellSort, Grid
 from fsi.particles.ghosts import Periodic
-from fsi.particles.state import BoundaryState
+from fsi.particles.state import BoundaryState, ParticleState
 from fsi.protocols import Particles
 from fsi.ranks import kernels
 from fsi.ranks.comm import Ranks
@@ -159,7 +159,9 @@ class RankHalo:
         row[order] = np.arange(len(order))
         self._ghosts = np.where(row[own:] < inside, row[own:], -1)
         self._from = np.concatenate([np.empty(0, np.int64), *(row[s] for s in self._sources.values())])
-        self.own_rows = np.sort(row[:own][row[:own] < inside])
+        mine = np.zeros(len(order), bool)
+        mine[row[:own]] = True
+        self.own_rows = np.flatnonzero(mine[:inside])
         self.own_key = self.key[self.own_rows]
         self.ghosts = int((self._ghosts >= 0).sum())
         return self.ghosts
@@ -195,14 +197,13 @@ class RankHalo:
         ranks.wait(*requests)
         kernels.put(rows, self._ghosts, first, last, into)
 
-    def drop(self, particles: Particles) -> np.ndarray | slice:
+    def drop(self, particles: ParticleState) -> np.ndarray | slice:
         """See `Halo`."""
-        own = particles.own
-        self.key, self.own_rows = self.own_key, np.arange(len(self.own_key))
-        if own.all():
+        rows, self.key, self.own_rows = self.own_rows, self.own_key, np.arange(len(self.own_key))
+        if len(rows) == particles.count or not self.scattered:
             return slice(None)
-        particles.keep(own)
-        return own
+        particles.reorder(rows.astype(np.int32), len(rows))
+        return rows
 
     # -------------------------------------------------------------------------------------- boundary particles
 
