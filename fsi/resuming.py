@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
+from typing import Any
 
 from fsi.errors import SceneError
 from fsi.messages import Messages
@@ -21,7 +22,7 @@ def resume(
     threads: int | None = None,
     trust: bool = False,
     quiet: bool = False,
-    ranks=None,
+    ranks: Any = None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run

@@ -61,7 +61,7 @@ def run(
     live: bool = False,
     trust: bool = False,
     quiet: bool = False,
-    ranks=None,
+    ranks: Any = None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 

@@ -7,6 +7,7 @@ import time as clock
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -81,7 +82,7 @@ class Simulation(Remembers):
         ground: Solid | None = None,
         recorders: Sequence[Recorder] = (),
         threads: int | None = None,
-        ranks=None,
+        ranks: Any = None,
     ):
         bodies, coupler, ground = _built(scene, bodies, coupler, ground)
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
