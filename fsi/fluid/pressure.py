@@ -141,4 +141,5 @@ class Relaxation:
         mean = parts.reductions.mean(coefficients[parts.particles.own, columns.SOURCE])
         coefficients[:, columns.SOURCE] -= mean
         weight = 1 + coefficients[:, columns.INNER] * parts.dtype(self.weights[0][0] - 1)
-        parts.work.field[:count, self._pressure] += weight * mean / coefficients[:, columns.DIAGONAL]
+        with np.errstate(invalid="ignore", divide="ignore"):  # ghosts, which a refresh overwrites, may have no diagonal
+            parts.work.field[:count, self._pressure] += weight * mean / coefficients[:, columns.DIAGONAL]

@@ -81,6 +81,7 @@ x = 2.0
 """
 SHORTER = {
     "flap": ("--until", 0.3, "--set", "spacing=0.05", "--set", "output.series=0.02"),
+    "floating_box": ("--until", 0.1, "--set", "spacing=0.05", "--set", "output.series=0.02"),
     "floating_box_2d": ("--until", 0.4),
     "slide_submarine_contact": ("--until", 0.5),
 }

@@ -167,7 +167,8 @@ WORSE = {
     "channel": (runs.CHANNEL, ("2:2x1", "4:2x2")),
     "two_liquids": (runs.LAYERS, ("3:3x1",)),
     "waves": (runs.SEA, ("3:3x1",)),
-    "flap": ("flap", ("2:2x1x1", "4:2x2x1", "8:2x2x2")),
+    "flap": ("flap", ("2:2x1x1", "4:2x1x2", "8:4x2")),
+    "floating_box": ("floating_box", ("2:1x2x1", "8:2x2x2")),
     "floating_box_2d": ("floating_box_2d", ("2:1x2", "4:4x1")),
     "slide_submarine_contact": ("slide_submarine_contact", ("2:2x1",)),
 }
