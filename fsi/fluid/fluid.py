@@ -111,9 +111,10 @@ class Fluid:
         self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
         surface = not scene.closed
-        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
+        ordered = self.reductions.ordered
+        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface, ordered)
         guarded = scene.numerics.wall_guard > 0 and b > 0
-        exactly = self.reductions.ordered and guarded
+        exactly = ordered and guarded
         self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface, exactly)
         self._units = impulse_units(scene, self.depth, float(self.k.mass))
 
@@ -149,7 +150,10 @@ class Fluid:
     def _lose(self, which: np.ndarray) -> None:
         """Note the particles (m,) that are outside the domain and are dropped."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
-        r, position, velocity = self.reductions.gathered(which, r, self.position[which], self.velocity[which])
+        gone = self.reductions.together(self.label[which], r, self.position[which], self.velocity[which])
+        if self.reductions.ordered:
+            gone = tuple(values[np.argsort(gone[0])] for values in gone)
+        _, r, position, velocity = gone
         self.lost += len(position)
         self.last_seen = position[0].copy()
         self.gone += np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])

@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import cache
 
 from fsi.compute.jit import helper
+from fsi.compute.lane_sums import plus
 from fsi.compute.lanes import dot, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
@@ -53,11 +54,14 @@ def surface_gate(position_divergence):
 
 
 @cache
-def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool):
+def make_predictor(
+    lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool, ordered: bool = False
+):  # fmt: skip
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's, and how often its pressure counts. `viscosity`: "none", "no_slip" where
-    walls drag, "free_slip". Without a `surface` a gap between particles is no free surface, and the shift closes it."""
+    walls drag, "free_slip". `ordered`: no sum depends on neighbours out of reach, not in its last bit either. Without a
+    `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM = lanes, dim
     X, U, R = columns.flow(dim).of("x u r")
     U_NEW, FILLED = columns.trial(dim).of("u filled")
@@ -87,7 +91,8 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        return laplacian, density, spread, force, linked, solid + slope(closeness(r2, k.inverse_support)) * r2
+        share = slope(closeness(r2, k.inverse_support)) * r2
+        return laplacian, density, spread, force, linked, plus(solid, share) if ordered else solid + share
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -132,6 +137,6 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
 
     passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
     return over_pairs(
-        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
+        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface, ordered),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
     )  # fmt: skip

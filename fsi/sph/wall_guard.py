@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from fsi.compute.jit import helper
-from fsi.compute.lane_sums import small
+from fsi.compute.lane_sums import plus, small
 
 REACH = 1.25  # spacings over which wall particles crowd
 PIECE = 0.2  # spacings; the way of a step is followed in pieces no longer than that
@@ -51,7 +51,7 @@ def make_guard(dim: int, counted: bool = False):
             close -= apart[d] * apart[d] * k.guard_reach2
         return close
 
-    @helper(dim)
+    @helper(dim, counted)
     def crowding(x, way, walls, owner, last, k, time, gradient, apart):
         """phi of the walls of owners up to the `last` after a part of the way, and the sum of the sizes of its gradient's
         parts; the gradient into `gradient`."""
@@ -60,7 +60,12 @@ def make_guard(dim: int, counted: bool = False):
         for n in range(near, far):
             b = lst[n] - first
             close = closeness_to(b, x, way, walls, k, time, apart)
-            if close > 0.0 and owner[b] <= last:
+            if counted and close > 0.0 and owner[b] <= last:  # a sum whose last bits do not depend on those farther off
+                phi = plus(phi, close * close)
+                parts = plus(parts, 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close)))
+                for d in range(DIM):
+                    gradient[d] = plus(gradient[d], -4.0 * k.guard_reach2 * close * apart[d])
+            elif close > 0.0 and owner[b] <= last:
                 phi += close * close
                 parts += 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close))  # as r / R = sqrt(1 - close)
                 for d in range(DIM):

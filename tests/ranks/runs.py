@@ -29,6 +29,33 @@ position = [0.3, 0.1]
 series = 0.01
 timeline = false
 """
+OPEN = """
+spacing = 0.05
+duration = 1.2
+[tank]
+min = [0.0, 0.0]
+max = [0.8, 0.8]
+walls = ["x-", "z-"]
+[[fluid.blocks]]
+min = [0.0, 0.0]
+max = [0.4, 0.6]
+[alarms]
+lost_particles = 1.0
+[gauges.middle]
+x = 0.3
+[fluxes.gate]
+min = [0.6, 0.0]
+max = [0.6, 0.8]
+[velocimeters.v]
+position = [0.5, 0.05]
+[loads.floor]
+on = "z-"
+[depths.d]
+x = 0.5
+[output]
+series = 0.01
+timeline = false
+"""
 CHANNEL = """
 spacing = 0.05
 duration = 5.0
