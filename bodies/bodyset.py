@@ -11,6 +11,7 @@ from bodies.conditions import conditions
 from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
 from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.moorings import moorings_of
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
 from bodies.shapes.gap import Gap, between
@@ -22,7 +23,8 @@ from fsi.owners import FIRST_BODY, WALL
 from fsi.protocols import BodyMotion, Visual
 from fsi.scene.model import Scene
 
-BODY, JOINT = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
+BODY, JOINT, ACTUATOR = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_ACTUATOR
+MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -50,7 +52,8 @@ class BodySet:
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
         sizes.check_model(model, geoms, scene, source)
-        self._bodies = np.array(
+        self._scene = scene
+        self._bodies = self.ids = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )
         checks.check_driven(model, geoms, source)
@@ -68,13 +71,20 @@ class BodySet:
         notes += self._ptos.notes
         self.files = tuple(file for one in scene.bodies.values() for file in assets(one.mjcf))
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
+        self._moorings = self._stepper.moorings = moorings_of(model, self.data, scene, source)
+        self.mooring_names = self._moorings.names if self._moorings else ()
         sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
+        self.actuator_names = tuple(name_of(model, ACTUATOR, a) for a in range(model.nu))
         self._round: dict[int, Roundness] = {}
         self._solids, labels, said = self._make_solids(geoms, weighed)
+        if any(file.start == "equilibrium" for file in scene.bodies.values()):
+            notes += self._start_at_rest(scene)
+            self._solids, labels, said = self._make_solids(geoms, weighed)
         notes += said
         notes += checks.check_inside(self._solids, labels, self.names, scene, source)
         self._gaps = self._make_gaps(scene, geoms, source)
+        self._insides: dict[int, list[Held]] = {}  # body -> its inside, where it starts dry
         self._held, said = self._make_held(scene)
         notes += said
         self._round = self._find_round(geoms)
@@ -194,6 +204,20 @@ class BodySet:
         empty for a file without any."""
         return {"sensor_reading": self._stepper.sense(self._bodies, wrench)} if self.sensor_names else {}
 
+    def controls(self) -> dict[str, np.ndarray]:
+        """`control` and `actuator_force`, each (actuators,), over the last step; empty for a file without actuators."""
+        data = self.data
+        return {"control": data.ctrl.copy(), "actuator_force": data.actuator_force.copy()} if self.model.nu else {}
+
+    def moorings(self) -> dict[str, np.ndarray]:
+        """`mooring_tension` (moorings,) [N] at the fairleads, where the bodies stand; empty for a scene without lines."""
+        return {"mooring_tension": self._moorings.tensions(self.data)} if self._moorings else {}
+
+    def expose(self, wrench: np.ndarray) -> None:
+        """Give `data` the sensor readings and the joint accelerations of `mj_forward` under the fluid's wrench (b, 6). No step
+        to come depends on them."""
+        self._stepper.expose(self._bodies, wrench)
+
     def state(self) -> dict:
         """The whole state, for `restore`; bit for bit. What a user's function of a power take-off remembers is not in."""
         return self._stepper.state() | {"reach": self._reach.state()}
@@ -236,6 +260,78 @@ class BodySet:
             colour = tuple(round(255 * c) for c in _colour(model, geom))
             shown.append(Visual(name_of(model, GEOM, geom), owner, vertices, surface[1], colour))
         return shown
+
+    def hydrostatics(self) -> dict[str, dict[str, dict[str, float]]]:
+        """How each wet body floats in still water, `drawn`, and at `rest` where there is such a pose (`bodies.floating.facts`);
+        empty in a tank that is not filled with one liquid to its still water level."""
+        from bodies.floating import facts
+
+        scene = self._scene
+        if not self.names or scene.fluid.blocks or scene.liquids or not scene.gravity:
+            return {}
+        water = self._floating(scene)
+        found = {name: {"drawn": drawn} for name, drawn in facts(water, self).items()}
+        if scene.coupler.scheme == "prescribed":
+            return found
+        place = water.settle(self._still_forces, ~self._stepper.fixed, _height(scene))
+        if place is not None:
+            drawn, moved = self.data.qpos.copy(), self.motion().position[:, 2]
+            self._pose(place)
+            for name, rest, rise in zip(
+                found, facts(water, self).values(), self.motion().position[:, 2] - moved, strict=True
+            ):
+                found[name]["rest"] = rest | {"rise": float(rise)}
+            self._pose(drawn)
+        return found
+
+    def restoring(self) -> tuple[np.ndarray, tuple[str, ...]]:
+        """How the forces of still water, springs and mooring lines on the joints fall with their positions (nv, nv), where the
+        bodies stand, and a name for each degree of freedom: of its joint, of a free one `BODY surge` and so on, "" for one that
+        leads out of the plane."""
+        names = []
+        for dof, joint in enumerate(self.model.dof_jntid):
+            free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+            name = name_of(self.model, BODY, self.model.dof_bodyid[dof]) if free else name_of(self.model, JOINT, joint)
+            way = f" {MOTIONS[dof - self.model.jnt_dofadr[joint]]}" if free else ""
+            names.append("" if self._stepper.fixed[dof] else f"{name}{way}")
+        return self._floating(self._scene).stiffness(self._still_forces), tuple(names)
+
+    def _floating(self, scene: Scene):
+        from bodies.floating import Floating
+
+        width = scene.tank.width if self.dimension == 2 else None
+        return Floating(self, self._insides, scene.fluid.density, scene.fluid.still_water_level, width)
+
+    def _still_forces(self, data: mujoco.MjData) -> np.ndarray:
+        """Joint forces (nv,) besides those of the file, of bodies at rest."""
+        force = self._ptos.at_rest(data)
+        return force + self._moorings.forces(data)[0] if self._moorings else force
+
+    def _pose(self, place: np.ndarray) -> None:
+        self.data.qpos[:] = place
+        self._stepper.refresh()
+
+    def _start_at_rest(self, scene: Scene) -> list[str]:
+        """Put the bodies of the files that start at their equilibrium there; notes on where that is."""
+        wanted = [key for key, file in scene.bodies.items() if file.start == "equilibrium"]
+        self._gaps, self._insides, self._held = [], {}, []
+        self._held, _ = self._make_held(scene)
+        moving = ~self._stepper.fixed
+        for dof, body in enumerate(self.model.dof_bodyid):
+            own = name_of(self.model, BODY, body).partition("/")[0] if len(scene.bodies) > 1 else wanted[0]
+            moving[dof] &= own in wanted
+        place = self._floating(scene).settle(self._still_forces, moving, _height(scene))
+        if place is None:
+            fix = '`fsi check` with start = "drawn" tells their masses and drafts; a body that sinks needs something to rest on'
+            raise SceneError("the bodies find no rest", key=f"bodies.{wanted[0]}.start", file=self._source, fix=fix)
+        before = self.motion().position.copy()
+        self._pose(place)
+        rises = zip(self.names, self.motion().position[:, 2] - before[:, 2], strict=True)
+        return [
+            f"body {name!r} starts at rest, {abs(rise):.3g} m {'above' if rise > 0 else 'below'} where it is drawn"
+            for name, rise in rises
+            if abs(rise) > 1e-9
+        ]
 
     def _joint(self, name: str) -> int:
         if name not in self.joint_names:
@@ -290,6 +386,7 @@ class BodySet:
                     continue
                 if file.dry_inside:
                     found.append(inside)
+                    self._insides[b] = [inside]
                     continue
                 size = f"{inside.volume:.3g} {'m2' if self.dimension == 2 else 'm3'}"
                 fix = f"set bodies.{key}.dry_inside = true to leave it out"
@@ -323,6 +420,11 @@ class BodySet:
         y_axis, y = self.data.geom_xmat[geom].reshape(3, 3)[1], self.data.geom_xpos[geom, 1]
         across = triangles(self.model, geom)[0] @ y_axis + y
         return float(across.min()), float(across.max())
+
+
+def _height(scene: Scene) -> float:
+    """Of the tank [m]."""
+    return scene.tank.max[-1] - scene.tank.min[-1]
 
 
 def _colour(model: mujoco.MjModel, geom: int) -> np.ndarray:

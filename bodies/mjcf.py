@@ -35,6 +35,7 @@ def load_model(
     the names of geoms that get their mass from their density, and notes on what was decided.
     Raises SceneError for a missing or malformed file and for options that contradict the scene.
     """
+    mujoco.mj_clearCache(mujoco.mj_getCache())  # which tells the states of a mesh file apart by whole seconds
     with listening() as warned:
         model, starts, weighed, notes = _load(files, gravity, source)
     return model, starts, weighed, notes + [f"MuJoCo: {text}" for text in warned]

@@ -6,10 +6,8 @@ c = -df/dv; `bodies.implicit` takes f at the end of the step with them, so that 
 
 from __future__ import annotations
 
-import ast
 import math
-from collections.abc import Callable, Mapping, Sequence
-from importlib.util import module_from_spec, spec_from_file_location
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +17,7 @@ import numpy as np
 from fsi.errors import RunError, SceneError
 from fsi.scene.model import BodyFile, CoulombPto, LatchingPto, LinearPto, PythonPto, TablePto
 from fsi.tables import read_table
-from fsi.trust import may_run
+from fsi.user_code import load
 
 FRICTIONLESS = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
 NUDGE = 1e-6  # of position and velocity, for the slopes of a user's function
@@ -92,8 +90,8 @@ class Table:
 class Python:
     """A user's function of (time, position, velocity), slopes by central differences."""
 
-    def __init__(self, settings: PythonPto, key: str, source: object):
-        self._name, self._call = str(settings.function), _function(settings.function, key, source)
+    def __init__(self, settings: PythonPto, function: Callable[[float, float, float], float]):
+        self._name, self._call = str(settings.function), function
         self._given: list[tuple[tuple[float, float, float], float]] = []  # the first and the latest (t, x, v) and force
         self._force(0.0, 0.0, 0.0)
 
@@ -204,6 +202,13 @@ class PowerTakeOffs:
         states = ((self._kinds[dof], data.qpos[self._position[dof]], data.qvel[dof]) for dof in self.dofs)
         return [kind.pull(data.time, float(x), float(v)) for kind, x, v in states]
 
+    def at_rest(self, data: mujoco.MjData) -> np.ndarray:
+        """Their forces (nv,) where the joints stand, without velocity; friction is not in."""
+        force = np.zeros(self.model.nv)
+        for dof, kind in self._kinds.items():
+            force[dof] = kind.pull(data.time, float(data.qpos[self._position[dof]]), 0.0).force
+        return force
+
     def note(self, data: mujoco.MjData, holding: np.ndarray) -> None:
         """Keep the forces after a step for the series. holding (nv,): damping of the joints that are held [N s/m]; the
         constraint forces in `data` are still those of the step."""
@@ -249,57 +254,10 @@ def _make(settings: object, key: str, source: object):
         return Linear(settings)
     if isinstance(settings, TablePto):
         return Table(settings)
-    path, name = _named(settings.function, key, source)
-    if may_run(path, f"{key}.function", source):
-        return Python(settings, key, source)
-    _refuse_unknown(name, _defined(path), path, key, source)
-    return Unread()
+    function = load(settings.function, key, source)
+    return Unread() if function is None else Python(settings, function)
 
 
 def _read_table(file: Path) -> tuple[np.ndarray, np.ndarray]:
     rows = read_table(file, ("velocity", "force"), 2)
     return rows[:, 0], rows[:, 1]
-
-
-def _named(place: Path, key: str, source: object) -> tuple[Path, str]:
-    """File and name of `FILE.py:NAME`."""
-    path, _, name = str(place).rpartition(":")
-    if not path or not Path(path).is_file():
-        fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
-        raise SceneError(f"no file {path or name!r}", key=f"{key}.function", file=source, fix=fix)
-    return Path(path), name
-
-
-def _function(place: Path, key: str, source: object) -> Callable[[float, float, float], float]:
-    """The function that `FILE.py:NAME` names; runs the file."""
-    path, name = _named(place, key, source)
-    spec = spec_from_file_location(f"pto_{path.stem}", path)
-    module = module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as fault:  # of any kind: it is the user's code
-        raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from fault
-    callables = [n for n, value in vars(module).items() if callable(value)]
-    _refuse_unknown(name, callables, path, key, source)
-    return getattr(module, name)
-
-
-def _refuse_unknown(name: str, known: Sequence[str], path: Path, key: str, source: object) -> None:
-    if name not in known:
-        public = ", ".join(n for n in known if not n.startswith("_")) or "none"
-        raise SceneError(f"no function {name!r}", key=f"{key}.function", file=source, fix=f"{path} has: {public}")
-
-
-def _defined(path: Path) -> list[str]:
-    """Names that a file gives to what may be a function, found without running it."""
-    try:
-        tree = ast.parse(path.read_bytes())
-    except (OSError, SyntaxError, ValueError, RecursionError) as fault:
-        raise SceneError(f"{type(fault).__name__}: {fault}", file=path, fix="correct it") from None
-    names = [
-        alias.asname or alias.name for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom) for alias in n.names
-    ]
-    names += [
-        target.id for n in ast.walk(tree) if isinstance(n, ast.Assign) for target in n.targets if hasattr(target, "id")
-    ]
-    return names + [n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.ClassDef)]

@@ -17,6 +17,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from bodies.moorings import substeps as needed
 from bodies.penetration import Penetration
 from bodies.pto import PowerTakeOffs
 from bodies.stiff import StiffForces, out_of_plane
@@ -42,7 +43,7 @@ class Stepper:
         self.model, self.data, self.tolerance = model, data, tolerance
         self.notes: dict[str, str] = {}
         self.unsettled = 0
-        self.ptos = ptos
+        self.ptos, self.moorings = ptos, None
         self._stiff = StiffForces(model, ptos, self.notes)
         if plane:
             self._stiff.fixed = out_of_plane(model, data)
@@ -54,6 +55,11 @@ class Stepper:
         self._armature = model.dof_armature.copy()
         self._weight = np.linalg.norm(model.opt.gravity) ** 2 * model.body_mass.sum()
         self.refresh()
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """The degrees of freedom (nv,) that lead out of the plane."""
+        return self._stiff.fixed
 
     def advance(self, dt: float, bodies: np.ndarray, wrench: np.ndarray, added: np.ndarray, a0: np.ndarray):
         """Step by dt [s] under the wrench (b, 6) on `bodies` (b,) at their centres of mass, world frame, with the added
@@ -72,10 +78,16 @@ class Stepper:
         within, coupling = self._split(added)
         self._carry(diagonal)
         substeps = self._stiff.substeps(dt, data)
+        lines = None
+        if self.moorings:
+            lines = (data.qpos.copy(), *self.moorings.forces(data))
+            substeps = max(substeps, needed(dt, lines[2], own + added))
         model.opt.timestep = dt / substeps
         for _ in range(substeps):
             armature, force = self._stiff.implicit(dt / substeps, data, inertia)
             self._carry(diagonal + armature)
+            if lines:
+                force += self._lines(*lines)
             self._substep(load + force, within, coupling, a0)
             self.penetration.watch(data)
         data.xfrc_applied[bodies] = 0.0
@@ -92,6 +104,12 @@ class Stepper:
             raise RunError("unstable: the bodies accelerate without bound; try a smaller numerics.courant")
         return acceleration
 
+    def _lines(self, start: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+        """Joint force (nv,) of the mooring lines, linear about the joint positions at the start of the step."""
+        way = np.zeros(self.model.nv)
+        mujoco.mj_differentiatePos(self.model, way, 1.0, start, self.data.qpos)
+        return force - stiffness @ way
+
     def inertia(self) -> np.ndarray:
         """Mass matrix (nv, nv) where the bodies stand."""
         inertia = np.zeros((self.model.nv, self.model.nv))
@@ -107,12 +125,25 @@ class Stepper:
     def sense(self, bodies: np.ndarray, wrench: np.ndarray) -> np.ndarray:
         """Readings of the model's sensors where everything stands now, under the wrench (b, 6) on `bodies`. Force and
         torque sensors see it, since MuJoCo counts `xfrc_applied` among the external forces."""
+        return self._forward(bodies, wrench).sensordata.copy()
+
+    def expose(self, bodies: np.ndarray, wrench: np.ndarray) -> None:
+        """Put these readings, and the joint accelerations under that load, into the data, where no step reads them."""
+        now = self._forward(bodies, wrench)
+        self.data.sensordata[:], self.data.qacc[:] = now.sensordata, now.qacc
+
+    def _forward(self, bodies: np.ndarray, wrench: np.ndarray) -> mujoco.MjData:
+        """MuJoCo's `mj_forward` of where everything stands now, beside the data of the run."""
         trial = self._scratch
         mujoco.mj_setState(self.model, trial, self._state(), STATE)
         trial.xfrc_applied[bodies] = wrench
         trial.qfrc_applied[:] = self.ptos.driving
+        if self.moorings:
+            mujoco.mj_kinematics(self.model, trial)
+            mujoco.mj_comPos(self.model, trial)
+            self.moorings.add_wrenches(trial)
         mujoco.mj_forward(self.model, trial)
-        return trial.sensordata.copy()
+        return trial
 
     def state(self) -> dict:
         """MuJoCo's integration state (with its warm start), what power take-offs remember, the penetration so far, and

@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     answers = []
     for name, file, settings in inputs(chosen.folder, chosen.patterns, chosen.tables):
         answers.append(answer(name, file, settings, chosen.until, chosen.limit))
-        print(f"{len(answers)}: {name}", file=sys.stderr, flush=True)
+        print(f"{len(answers)}: {said(answers[-1])}", file=sys.stderr, flush=True)
     console = Console()
     console.width = max(console.width, 160)
     console.print(table(answers))
@@ -146,6 +146,12 @@ def _figures(folder: Path) -> tuple[float, float]:
         return float(data.max_speed.max()) / wave, float(data.lost_particles[-1])
     except (SceneError, AttributeError):
         return math.nan, math.nan
+
+
+def said(a: Answer) -> str:
+    """An answer in a line, so that a report that is cut short has told all that it found."""
+    figures = f", speed {a.speed:.3g} sqrt(g H), {a.lost:.3g} lost" if not math.isnan(a.speed) else ""
+    return f"{a.name}: {'no answer' if a.code is None else f'exit {a.code}'}: {a.line} ({a.seconds:.1f} s); {a.run}{figures}"
 
 
 def table(answers: Sequence[Answer]) -> Table:

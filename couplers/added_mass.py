@@ -62,6 +62,11 @@ class AddedMass(Remembers):
             fluid.add(pressure, factor)
         return wrench + np.einsum("m,mbi->bi", rise, response.changes)
 
+    def added_inertia(self) -> np.ndarray:
+        """Added inertia (nv, nv) of the joints in the last step; 0 where no joint moves a wet body."""
+        response = self._measured.response
+        return np.zeros((self.acceleration.size,) * 2) if response is None else response.inertia()
+
     def mass_ratio(self, bodies: BodySet) -> np.ndarray | None:
         """Added over own inertia (b,) of each body in the last step, see `Response.ratio`."""
         return self._measured.ratio(bodies)

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # what type checkers and editors see
+    from fsi.environment import Environment
     from fsi.errors import RunError, SceneError
     from fsi.record.run_folder import load_run
     from fsi.resuming import resume
@@ -31,6 +32,7 @@ _HOMES = {
     "report": "fsi.runner",
     "validate": "fsi.runner",
     "bench": "fsi.runner",
+    "Environment": "fsi.environment",
     "Session": "fsi.session",
     "open": "fsi.session",
     "resume": "fsi.resuming",
@@ -38,6 +40,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Environment",
     "Run",
     "RunError",
     "Scene",

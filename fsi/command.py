@@ -22,6 +22,7 @@ from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
 from fsi.record.run_folder import export, read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
+from fsi.scene.check_floating import floating_lines
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 from fsi.simulation.signals import at_once
 from fsi.strict_json import dumps
@@ -59,6 +60,8 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx, cmd_name: str):
         if own := super().get_command(ctx, cmd_name):
+            with exit_codes():
+                plugins.check_ours("commands", cmd_name)
             return own
         return Registered(cmd_name) if cmd_name in plugins.registered("commands") else None
 
@@ -153,6 +156,7 @@ def run(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the run; runs/NAME if not given.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     live: Annotated[bool, typer.Option("--live", help="Show the timeline in the browser as the run goes on.")] = False,
+    viewer: Annotated[Literal["mujoco"] | None, typer.Option(help="Watch the bodies in MuJoCo's own viewer.")] = None,
     trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
     ranks: Arrangement = None,
@@ -168,6 +172,7 @@ def run(
             overrides=settings or (),
             level=level,
             live=live,
+            viewer=viewer,
             trust=trust,
             quiet=quiet,
             ranks=member,
@@ -193,6 +198,9 @@ def check(
     measure: Annotated[
         int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
     ] = 0,
+    periods: Annotated[
+        bool, typer.Option("--periods", help="Run a step for the natural periods of the bodies.")
+    ] = False,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
     ranks: Arrangement = None,
     as_json: AsJson = False,
@@ -200,15 +208,25 @@ def check(
     """Print the resolved scene, as TOML, and what a run of it would take. No code that it names is run."""
     with exit_codes():
         result = runner.check(
-            scene, until=until, overrides=settings or (), level=level, measure=measure, threads=threads, ranks=ranks
+            scene,
+            until=until,
+            overrides=settings or (),
+            level=level,
+            measure=measure,
+            periods=periods,
+            threads=threads,
+            ranks=ranks,
         )
         if as_json:
             print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
         shares = _rank_lines(result["ranks"]) if ranks else []
-        for line in (*result["waves"], *_estimate_lines(result["estimate"]), *shares):
+        floats = floating_lines(result["hydrostatics"])
+        for line in (*result["waves"], *floats, *_estimate_lines(result["estimate"]), *shares):
             print(f"# {line}")
+        for name, period in result.get("natural_periods", {}).items():
+            print(f"# natural period, {name}: {period:.3g} s")
         for line in (*result["warnings"], *result["notes"]):
             Messages()(line)
 

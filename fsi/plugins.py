@@ -6,7 +6,8 @@ A package registers a thing in its pyproject.toml, under the group `spindrift.GR
 |-----------|----------------------|----------------------------------------------------------------------------|
 | commands  | of `fsi NAME`        | a function with typer's annotations; the first line of its docstring is shown |
 | functions | `sweep`, `report`, ... | what `fsi.sweep(...)` and its like call                                    |
-| engines   | `mujoco`             | a module with `load(scene, source)` and `mesh_solid(file, dimension, crop)`  |
+| engines   | `mujoco`             | a module with `load(scene, source)`, `mesh_solid(file, dimension, crop)`,
+|           |                      | `grid_solid(scene, crop)` |
 | couplers  | of the scheme        | a subclass of `fsi.scene.coupler.CouplerSettings`                          |
 | waves     | of the kind          | a subclass of `fsi.waves.kind.WaveKind`                                    |
 | fields    | of the output field  | a `fsi.scene.fields.ParticleField`                                         |
@@ -78,6 +79,14 @@ def find(group: str, name: str) -> Any:
             f"the {what} of the package {package!r} ({entries[0].value}) cannot be loaded: {type(fault).__name__}: {fault}",
             fix=f"repair or uninstall {package}",
         ) from fault
+
+
+def check_ours(group: str, name: str) -> None:
+    """Raise SceneError where another package brings a thing by the name of one of ours, which stands in no group."""
+    if entries := registered(group).get(name, ()):
+        packages = ", ".join(map(_package, entries))
+        fault = f"the {group.removesuffix('s')} {name!r} is one of ours, and {packages} brings another by that name"
+        raise SceneError(fault, fix="rename it there, or uninstall that package")
 
 
 def _package(entry: EntryPoint) -> str:

@@ -56,6 +56,13 @@ class Stateful(Protocol):
         """Go on from a state. Raises ValueError or KeyError where it is one of another kind of object."""
 
 
+class Controller(Protocol):
+    """Sets the controls of actuators: `run.data.ctrl` of the run as it stands (`fsi.simulation.view.View`). One that remembers
+    something is `Stateful` besides, so that it can be reset and resumed."""
+
+    def __call__(self, run) -> None: ...
+
+
 class Solid(Protocol):
     """A body of revolution, a box, a mesh: anything that displaces fluid and carries boundary particles."""
 
@@ -84,6 +91,8 @@ class BodySet(Stateful, Protocol):
     joint_is_rotary: tuple[bool, ...]  # True where the joint is a hinge (rad, N m), False for a slide (m, N)
     joint_dof: np.ndarray  # (joints,) index of each of these joints in qvel and in joint accelerations (nv,)
     sensor_names: tuple[str, ...]  # one for each number that the sensors of the body files read
+    actuator_names: tuple[str, ...]
+    mooring_names: tuple[str, ...]  # lines that MuJoCo does not know
     mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
     dimension: int  # in two dimensions the fluid acts on x, z and pitch alone
     notes: tuple[str, ...]  # what was decided for the user so far: substeps, implicit springs, thin plates
@@ -114,10 +123,23 @@ class BodySet(Stateful, Protocol):
     def sensors(self, wrench: np.ndarray) -> dict[str, np.ndarray]:
         """`sensor_reading` (sensors,), the readings under the fluid's wrench (b, 6); empty where there are none."""
 
+    def controls(self) -> dict[str, np.ndarray]:
+        """`control` and `actuator_force`, each (actuators,), over the last step; empty where there are none."""
+
+    def moorings(self) -> dict[str, np.ndarray]:
+        """`mooring_tension` (moorings,), at the fairleads now; empty where there are none."""
+
+    def expose(self, wrench: np.ndarray) -> None:
+        """Bring what a user reads of the engine's data up to date, under the fluid's wrench (b, 6); steps to come do not
+        depend on it."""
+
     def advance(self, dt: float, wrench: np.ndarray, added_inertia: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Step the bodies by dt under the fluid's wrench (b, 6) [N, N m], which holds at joint acceleration
         `acceleration` (nv,) and falls by `added_inertia` (nv, nv) for each unit above it. Returns the mean joint
         acceleration (nv,) over the step."""
+
+    def hydrostatics(self) -> dict:
+        """How each wet body floats: name -> `drawn` and, where there is a pose at rest, `rest`, each a dict of figures."""
 
     def state(self) -> dict:
         """The whole state, see `Stateful`; couplers also go back to it within a step."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fsi.errors import SceneError
 from fsi.messages import Messages
@@ -14,6 +14,9 @@ from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
 from fsi.trust import trusting
 
+if TYPE_CHECKING:
+    from fsi.protocols import Controller
+
 
 def resume(
     directory: str | Path,
@@ -22,11 +25,14 @@ def resume(
     threads: int | None = None,
     trust: bool = False,
     quiet: bool = False,
+    controller: Controller | None = None,
+    control_interval: float | None = None,
     ranks: Any = None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
     that was never stopped, bit for bit; `wall_time` apart. `trust` lets the Python code run that the scene names (`fsi.trust`).
+    A controller that was given to `fsi.run` in Python has to be given again, as a fresh object.
 
     Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
     RunError where the run fails.
@@ -34,10 +40,19 @@ def resume(
     path = Path(directory)
     taken = ranks.folder(RunFolder.open, path) if ranks else RunFolder.open(path)
     with taken as folder, trusting(trust):
-        return _go_on(folder, until, threads, Messages(quiet), quiet, ranks)
+        return _go_on(folder, until, threads, Messages(quiet), quiet, controller, control_interval, ranks)
 
 
-def _go_on(folder: RunFolder, until: float | None, threads: int | None, say: Messages, quiet: bool, ranks=None) -> Run:
+def _go_on(
+    folder: RunFolder,
+    until: float | None,
+    threads: int | None,
+    say: Messages,
+    quiet: bool,
+    controller: Controller | None,
+    control_interval: float | None,
+    ranks: Any,
+) -> Run:
     path, manifest = folder.path, folder.manifest
     status = liveness(manifest, claimed=True)
     if status == "running":
@@ -56,6 +71,8 @@ def _go_on(folder: RunFolder, until: float | None, threads: int | None, say: Mes
     recorders = opened(ranks, open_recorders, scene, path, None, facts["log"])
     threads = ranks.threads(threads) if ranks else threads
     sim = Simulation(scene, recorders=recorders, threads=threads, ranks=ranks)
+    if controller is not None:
+        sim.steer(controller, control_interval)
     try:
         sim.restore(state)
     except (ValueError, KeyError) as fault:

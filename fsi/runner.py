@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fsi.errors import SceneError
 from fsi.messages import Messages
@@ -19,6 +19,7 @@ from fsi.record.run_folder import RunFolder, load_run
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids
+from fsi.scene.check_floating import afloat, narrow
 from fsi.scene.file import load_scene, scene_folder
 from fsi.scene.model import Scene
 from fsi.scene.paths import outside_notes
@@ -26,6 +27,9 @@ from fsi.trust import checking, trusting
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+    from fsi.protocols import Controller
+    from fsi.simulation.view import View
 
 
 STARTED = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")  # how many processes were started together
@@ -61,13 +65,20 @@ def run(
     live: bool = False,
     trust: bool = False,
     quiet: bool = False,
+    on_step: Callable[[View], None] | None = None,
+    controller: Controller | None = None,
+    control_interval: float | None = None,
+    viewer: Literal["mujoco"] | None = None,
     ranks: Any = None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
     `until` replaces the duration [s], `overrides` and `level` are as in `fsi.load_scene`. Progress and warnings go to stderr.
-    `live` shows the timeline in the browser as the run goes on, on this machine only. `trust` lets the Python code run that
-    the scene names (`fsi.trust`). `ranks`: this process as one of several that the run is shared among (`joined`).
+    `live` shows the timeline in the browser as the run goes on, `viewer="mujoco"` the bodies in MuJoCo's own viewer, both on
+    this machine only. `trust` lets the Python code run that the scene names (`fsi.trust`). `on_step` is called after each step
+    with the run as it stands (`fsi.simulation.view.View`); `controller` before every step, or every `control_interval` seconds,
+    and may set `data.ctrl` (`fsi.protocols.Controller`). `ranks`: this process as one of several that
+    the run is shared among (`joined`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
@@ -84,15 +95,19 @@ def run(
     from fsi.simulation.loop import Simulation
 
     taken = ranks.folder(RunFolder.choose, scene, out) if ranks else RunFolder.choose(scene, out)
-    with taken as folder:
-        viewer = _viewer() if live and (ranks is None or ranks.root) else None
-        recorders = opened(ranks, open_recorders, scene, folder.path, viewer and viewer.sink)
+    first = ranks is None or ranks.root
+    with taken as folder, _window(bodies) if viewer and first else nullcontext() as window:
+        web = _viewer() if live and first else None
+        recorders = opened(ranks, open_recorders, scene, folder.path, web and web.sink)
         parts = {"bodies": bodies, "coupler": coupler, "ground": ground, "recorders": recorders}
-        sim = Simulation(scene, **parts, threads=ranks.threads(threads) if ranks else threads, ranks=ranks)
+        with trusting(trust):
+            sim = Simulation(scene, **parts, threads=ranks.threads(threads) if ranks else threads, ranks=ranks)
+        if controller is not None:
+            sim.steer(controller, control_interval)
         check_room(scene, bodies, sim.counts["fluid"], folder.path)
         folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
         say(f"writing to {folder.path}")
-        return finish(sim, folder, recorders, scene.duration, say, viewer, quiet)
+        return finish(sim, folder, recorders, scene.duration, say, web, quiet, _watching(sim, window, on_step))
 
 
 def together() -> int | None:
@@ -121,9 +136,9 @@ def opened(ranks, open_recorders, *arguments) -> list:
 
 
 def finish(
-    sim, folder: RunFolder, recorders: list, until: float, say: Messages, viewer=None, quiet: bool = False
+    sim, folder: RunFolder, recorders: list, until: float, say: Messages, viewer=None, quiet: bool = False, watch=None
 ) -> Run:
-    """Run a simulation to `until` [s] in its folder, with a line of progress."""
+    """Run a simulation to `until` [s] in its folder, with a line of progress; `watch` is called with it after each step."""
     from fsi.progress import Progress
     from fsi.simulation.logged import carry_out
     from fsi.simulation.signals import exit_code
@@ -135,6 +150,8 @@ def finish(
 
         def on_step(sim) -> None:
             progress(sim)
+            if watch:
+                watch(sim)
             if fault := say.new_fault():
                 sim.report("warning", f"messages are lost: {fault}")
             for event in sim.events[len(told) :]:
@@ -160,32 +177,48 @@ def check(
     overrides: Iterable[str] = (),
     level: str | None = None,
     measure: int = 0,
+    periods: bool = False,
     threads: int | None = None,
     ranks: str | None = None,
 ) -> dict[str, Any]:
     """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
-    counts, memory_bytes, steps, seconds), `waves` in figures, `warnings` and `notes`; with `measure`, the estimate comes from
-    so many steps that are run and timed (`fsi.estimate.measured`); `ranks`: what each of the processes arranged as this, such
-    as 4x1x1, would have to do, where that is asked for (`fsi.estimate.shared`).
+    counts, memory_bytes, steps, seconds), `waves` in figures, `hydrostatics` of the bodies
+    (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
+    are run and timed (`fsi.estimate.measured`), with `periods` there are `natural_periods` (`fsi.periods`), with `ranks`, such
+    as 4x1x1, what each of the processes arranged so would have to do (`fsi.estimate.shared`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     source, (scene, label) = scene, _load(scene, overrides, until, level)
     with checking():
         bodies, coupler, ground = bind(scene, label)
+        if scene.control:
+            from fsi.simulation.control import controller_of
+
+            controller_of(scene, label)
+    floats = bodies.hydrostatics() if bodies else {}  # before the bodies are moved
     from fsi.estimate import checkpoint_cost, estimate, measured, shared
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
     notes = [*cost.pop("notes"), *(bodies.notes if bodies else ()), *_outside(scene, source, bodies)]
+    if scene.control:
+        notes.append(f"control: {scene.control.function.name} is not run by a check")
     cost |= checkpoint_cost(scene, cost)
     if measure:
-        cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
+        with checking():
+            cost |= measured(scene, measure, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
         cost["seconds"] = cost["seconds_per_step"] * cost["steps"]  # the steps of a fast flow, expected, not measured
+    if periods:
+        from fsi.periods import natural_periods
+
+        natural = natural_periods(scene, label, threads)
     return {
         "scene": scene,
         "estimate": cost,
         "waves": wave_summary(scene),
-        "warnings": _warnings(scene, bodies, ground, label),
+        "hydrostatics": floats,
+        **({"natural_periods": natural} if periods else {}),
+        "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
         "notes": notes,
         **({"ranks": shared(scene, ranks, bodies, ground)} if ranks else {}),
     }
@@ -247,6 +280,32 @@ def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
         return scene_warnings(scene) + idle_solids(scene, bodies, ground)
     except SceneError as error:
         raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None
+
+
+def _window(bodies):
+    """MuJoCo's own viewer. Raises SceneError where it cannot be opened."""
+    if bodies is None:
+        raise SceneError("MuJoCo's viewer shows bodies, and the scene has none", key="--viewer", fix="use --live")
+    return function("mujoco_viewer")(bodies)
+
+
+def _watching(sim, window, on_step):
+    """What is called after each step, None where nothing is."""
+    if not window and not on_step:
+        return None
+    from fsi.simulation.view import View
+
+    view = View(sim)
+
+    def watch(sim) -> None:
+        if on_step:
+            view.refresh()
+            on_step(view)
+            view.settle()
+        if window:
+            window.show(sim)
+
+    return watch
 
 
 def _viewer():

@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fsi.errors import SceneError
 from fsi.record.run_folder import RunFolder
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
+from fsi.simulation.view import View
 from fsi.trust import trusting
+
+if TYPE_CHECKING:
+    from fsi.protocols import Controller
 
 
 def open(
@@ -21,6 +28,8 @@ def open(
     threads: int | None = None,
     overrides: Iterable[str] = (),
     level: str | None = None,
+    controller: Controller | None = None,
+    control_interval: float | None = None,
     trust: bool = False,
 ) -> Session:
     """Open a scene, a scene file or a built-in scene, with the bodies, the coupler and the bathymetry that it names:
@@ -30,36 +39,54 @@ def open(
                 sim.step()
                 print(sim.time, sim.data.qpos)
 
-    With `out` the run is recorded into that folder as by `fsi.run`; without, nothing is written. `threads` are all cores
-    if not given; `overrides` and `level` are as in `fsi.load_scene`; `trust` lets the Python code run that the scene names
-    (`fsi.trust`). Raises SceneError where the input is wrong.
+    With `out` the run is recorded into that folder as by `fsi.run`; without, nothing is written, and it can be `reset`.
+    `controller` is called with the session before every step, or every `control_interval` seconds (`fsi.protocols.Controller`).
+    `threads` are all cores if not given; `overrides` and `level` are as in `fsi.load_scene`; `trust` lets the Python code run
+    that the scene names (`fsi.trust`). Raises SceneError where the input is wrong.
     """
     with trusting(trust):
-        return Session(load_scene(scene, overrides, level), out, threads)
+        return Session(load_scene(scene, overrides, level), out, threads, controller, control_interval)
 
 
-class Session:
+class Session(View):
     """A simulation that owns its threads and recorders; a context manager, `close` ends it.
 
-    scene: as resolved; simulation: the `fsi.Simulation` inside, whose fluid and bodies may be looked at.
+    rng: random numbers (`numpy.random.Generator`) for the user, seeded by `reset`.
     """
 
-    def __init__(self, scene: Scene, out: str | Path | None = None, threads: int | None = None):
-        self.scene = scene
+    def __init__(
+        self,
+        scene: Scene,
+        out: str | Path | None = None,
+        threads: int | None = None,
+        controller: Controller | None = None,
+        control_interval: float | None = None,
+    ):
         with ExitStack() as self._stack:  # what is open so far is closed where the rest fails
-            self._open(scene, out, threads)
+            self._open(scene, out, threads, controller, control_interval)
             self._stack = self._stack.pop_all()
         self._closed = False
 
-    def _open(self, scene: Scene, out: str | Path | None, threads: int | None) -> None:
+    def _open(
+        self,
+        scene: Scene,
+        out: str | Path | None,
+        threads: int | None,
+        controller: Controller | None,
+        control_interval: float | None,
+    ) -> None:
         folder, recorders = None, []
         if out is not None:
             from fsi.record.background import open_recorders
 
             folder = self._stack.enter_context(RunFolder.choose(scene, out))
             recorders = open_recorders(scene, folder.path)
-        self.simulation = Simulation(scene, recorders=recorders, threads=threads)
+        super().__init__(Simulation(scene, recorders=recorders, threads=threads))
         self._stack.callback(self.simulation.close)
+        if controller is not None:
+            self.simulation.steer(controller, control_interval)
+        self.rng = np.random.default_rng()
+        self._start: dict[str, Any] | SceneError = self._at_start(folder)
         if folder:
             from fsi.simulation.logged import logged
 
@@ -74,54 +101,64 @@ class Session:
             self._closed = True
             self._stack.__exit__(*error)
 
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return self.simulation.time
-
-    @property
-    def dt(self) -> float:
-        """The last time step [s]; 0 before the first one."""
-        return self.simulation.dt
-
-    @property
-    def bodies(self):
-        """The rigid bodies (`fsi.protocols.BodySet`), None in a scene without any."""
-        return self.simulation.bodies
-
-    @property
-    def data(self):
-        """The `mujoco.MjData` of the scene's one body file, live: controls that are set here act in the next step.
-        Raises SceneError in a scene without bodies or with several files, whose model is `bodies.model`."""
-        count = len(self.scene.bodies)
-        if count != 1:
-            fix = "use sim.bodies.data, whose names begin with that of the file" if count else "add a body file"
-            raise SceneError(f"data is that of one body file, the scene has {count}", key="bodies", fix=fix)
-        return self.bodies.data
-
-    @property
-    def model(self):
-        """The `mujoco.MjModel` that goes with `data`. Raises SceneError as `data` does."""
-        self.data  # noqa: B018 its faults are the same
-        return self.bodies.model
-
-    def step(self) -> float:
-        """One coupled step of fluid and bodies, as long as the time step allows; returns the simulated time [s].
-        Raises RunError where the run has become unstable."""
-        self._opened().step()
+    def step(self, until: float | None = None) -> float:
+        """One coupled step of fluid and bodies, as long as the time step allows and not beyond `until` [s]; returns the
+        simulated time [s]. Raises RunError where the run has become unstable."""
+        self._opened()
+        self.settle()
+        self.simulation.step(*(() if until is None else (until,)))
+        self.refresh()
         return self.time
 
     def run(self, until: float | None = None) -> float:
         """Step to `until` [s], exactly (the scene's duration if not given); returns the simulated time [s].
         Raises RunError where the run has become unstable."""
-        self._opened().run(until)
+        self._opened()
+        self.settle()
+        self.simulation.run(until)
+        self.refresh()
         return self.time
+
+    def state(self) -> dict[str, Any]:
+        """All that the steps to come depend on, in memory, for `restore`."""
+        self._opened()
+        self.settle()
+        return self.simulation.state()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a state of this session, bit for bit; a state may be taken over again and again. Raises SceneError where
+        the run is recorded, for its log cannot go back."""
+        sim = self._opened()
+        if isinstance(self._start, SceneError):
+            raise self._start
+        sim.rewind(state)
+        self.refresh()
+
+    def reset(self, seed: int | None = None) -> None:
+        """Back to t = 0, in milliseconds: nothing is compiled or sampled again. `seed` seeds `rng`, and the waves where they
+        have one; without, they stay as they are. Raises SceneError as `restore` does."""
+        self.restore(self._start)  # type: ignore[arg-type]
+        if seed is not None:
+            self.rng = np.random.default_rng(seed)
+            self.simulation.reseed(seed)
 
     def close(self) -> None:
         """End the run: its threads stop, and the log and `run.json` are completed. A second call does nothing."""
         if not self._closed:
             self._closed = True
             self._stack.close()
+
+    def _at_start(self, folder: RunFolder | None) -> dict[str, Any] | SceneError:
+        """The state to go back to, or why there is none."""
+        if folder:
+            fault = "a run that is recorded cannot go back in time"
+            return SceneError(fault, key="out", fix="open the scene without out, or anew for each recorded episode")
+        try:
+            return self.simulation.state()
+        except TypeError as fault:  # a part that does not say what it remembers
+            return SceneError(
+                f"the run cannot go back in time: {fault}", key="controller", fix="see fsi.protocols.Stateful"
+            )
 
     def _opened(self) -> Simulation:
         if self._closed:

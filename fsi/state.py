@@ -33,21 +33,21 @@ class Remembers:
                 if part is None and isinstance(value, dict):
                     raise ValueError(f"{type(self).__name__}: the state has a part {name}, which is not here")
                 if part is not value:
-                    setattr(self, name, _own(value))
+                    setattr(self, name, plain(value))
 
 
 def _kept(value):
-    return value.state() if hasattr(value, "state") else _own(value)
+    return value.state() if hasattr(value, "state") else plain(value)
 
 
-def _own(value):
-    """A copy that shares no memory."""
+def plain(value):
+    """A copy of plain data that shares no memory with it. Raises TypeError for what is none."""
     if isinstance(value, np.ndarray):
         return value.copy()
     if isinstance(value, dict):
-        return {key: _own(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_own(item) for item in value]
+        return [plain(item) for item in value]
     if value is None or isinstance(value, bool | int | float | str | np.generic):
         return value
     raise TypeError(f"{type(value).__name__} has no state() and is no plain data")

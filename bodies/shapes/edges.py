@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from bodies.shapes import thinning
-
-Nearest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # points -> (signed distance, closest surface point)
+from bodies.shapes.band import Nearest
 
 SHARP = 0.9  # cosine between the normals of two faces that meet in an edge; flatter ones count as smooth
+CLOSE = 2.0  # lattice steps from the edge of a deep layer, within which points are looked at
+SMOOTH = 0.95  # the same for points a lattice step away
 
 
 def particles(nearest: Nearest, shallow: np.ndarray, target: float, spacing: float, step: float) -> np.ndarray:
     """Particles (n, dim) at the depth `target` [m] under two faces or more at once, a spacing apart along edges, and in
     the first layer those between them and the tip of an acute edge. `shallow` (m, dim): those points of a lattice of size
     `step` that, moved along the normal to that depth under the nearest face, are not as deep under another."""
+    if shallow.shape[1] == 3:  # where they are many
+        shallow = _beside_edges(nearest, shallow, target)
+    if (
+        shallow.shape[1] == 3 and target > spacing and len(shallow)
+    ):  # deep: those next to where they are moved are enough
+        place, faces = _meet(nearest, shallow, target)
+        shallow = shallow[(faces > 0) & (np.linalg.norm(place - shallow, axis=1) < CLOSE * step)]
     if len(shallow) == 0:
         return shallow
     per, dim = max(1, round(8 * step / spacing)), shallow.shape[1]
@@ -34,6 +40,16 @@ def particles(nearest: Nearest, shallow: np.ndarray, target: float, spacing: flo
         tips = shallow[tip[np.argsort(np.round(off[tip] / 0.05), kind="stable")]]
         chosen = _row(nearest, tips, chosen, spacing, (0.1 * spacing, target))
     return chosen
+
+
+def _beside_edges(nearest: Nearest, points: np.ndarray, target: float) -> np.ndarray:
+    """Those of the points (n, dim) that a move to the depth `target` [m] brings under another face, by their normals; between
+    smooth faces there is no edge to look for."""
+    distance, foot = nearest(points)
+    normal = inward(points, foot, distance)
+    place = foot + target * normal
+    distance, foot = nearest(place)
+    return points[(normal * inward(place, foot, distance)).sum(axis=1) < SMOOTH]
 
 
 def _row(

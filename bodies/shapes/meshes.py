@@ -16,6 +16,7 @@ from fsi.protocols import Solid
 from fsi.trust import check_bytes
 
 BY_HAND = "in a CAD or mesh program (Blender: Mesh > Clean Up, Mesh > Normals, Boolean union)"
+READABLE = "export it as STL, OBJ or PLY, or a grid of heights as XYZ, ASC or GeoTIFF"
 Crop = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a box, each (dim,) [m]
 
 
@@ -47,6 +48,10 @@ class Surface:
         close = beyond < 0.25 * (upper - lower).max()
         beyond[close] = self._nearest(points[close])[0]
         return beyond
+
+    def foot(self, points: np.ndarray) -> np.ndarray:
+        """The closest places (n, dim) on the surface to points (n, dim)."""
+        return self._nearest(points)[1]
 
     def support(self, direction: np.ndarray) -> float:
         """How far the surface reaches along a direction (dim,) [m]."""
@@ -109,15 +114,15 @@ def mesh_solid(
     if not path.is_file():
         raise SceneError(f"no file {str(path)!r}", key=key, file=source, fix="give the path of an STL, OBJ or PLY file")
     if path.suffix.lower() not in FORMATS:
-        raise SceneError(f"{path.suffix!r} is no mesh format read here", file=path, fix="export it as STL, OBJ or PLY")
+        raise SceneError(f"{path.suffix!r} is no mesh format read here", file=path, fix=READABLE)
     check_bytes(path, MOST_BYTES, "export it with fewer triangles, as binary STL")
     try:
         loaded = trimesh.load_mesh(path)
     except Exception as error:  # each format raises its own kind
-        raise SceneError(f"cannot be read as a mesh ({error})", file=path, fix="export it as STL, OBJ or PLY") from None
+        raise SceneError(f"cannot be read as a mesh ({error})", file=path, fix=READABLE) from None
     vertices, faces = np.array(loaded.vertices, dtype=float), np.array(loaded.faces)
     if len(faces) == 0:
-        raise SceneError("holds no triangles", file=path, fix="export it as STL, OBJ or PLY")
+        raise SceneError("holds no triangles", file=path, fix=READABLE)
     found = sound(vertices, faces, file=path)
     if crop is not None:
         crop = np.array(crop[0], float), np.array(crop[1], float)

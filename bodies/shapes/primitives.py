@@ -5,6 +5,7 @@ A shape lives in its own frame, in two or three dimensions; a `Placed` shape is 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Protocol
@@ -130,6 +131,13 @@ class Placed:
     def clearance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) of points (n, dim) to the surface, negative inside."""
         return self.shape.distance((points - self._origin) @ self._axes)
+
+    @property
+    def foot(self) -> Callable[[np.ndarray], np.ndarray] | None:
+        """The closest places (n, dim) on the surface to points (n, dim), where the shape knows them without a search."""
+        if not hasattr(self.shape, "foot"):
+            return None
+        return lambda points: self._origin + self.shape.foot((points - self._origin) @ self._axes) @ self._axes.T
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest corner (dim,) of the box around the solid [m]."""

@@ -81,11 +81,13 @@ def crossings(corners: np.ndarray, index: np.ndarray, near: float) -> np.ndarray
 def _crossings(corners, index, lower, upper, link, near):
     found, count = np.empty((1000, 2), np.int64), 0
     stack = np.empty(256, np.int64)
+    lowest, highest = np.empty((len(corners), 3)), np.empty((len(corners), 3))
     for t in range(len(corners)):
-        low, high = np.empty(3), np.empty(3)
         for k in range(3):
-            low[k] = min(corners[t, 0, k], corners[t, 1, k], corners[t, 2, k])
-            high[k] = max(corners[t, 0, k], corners[t, 1, k], corners[t, 2, k])
+            lowest[t, k] = min(corners[t, 0, k], corners[t, 1, k], corners[t, 2, k])
+            highest[t, k] = max(corners[t, 0, k], corners[t, 1, k], corners[t, 2, k])
+    for t in range(len(corners)):
+        low, high = lowest[t], highest[t]
         stack[0], top = 0, 1
         while top > 0:
             top -= 1
@@ -98,7 +100,8 @@ def _crossings(corners, index, lower, upper, link, near):
                 top += 2
                 continue
             for u in range(-left - 1, -right - 1):
-                if u != t and count < 1000 and _pierces(corners[t], corners[u], index[t], index[u], near):
+                near_enough = u != t and count < 1000 and _meet(low, high, lowest[u], highest[u])
+                if near_enough and _pierces(corners[t], corners[u], index[t], index[u], near):
                     found[count, 0], found[count, 1] = t, u
                     count += 1
     return found[:count]

@@ -379,6 +379,7 @@ class Fluid:
         if self.rheology:
             self.rheology.restore(state["rheology"])
         self.work.reserve(self.count)
+        self.sort.inside, self.solids.count = -1, 0  # the cells and places are those of another step
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
         self.lost, seen = int(state["lost"]), state["last_seen"]

@@ -1,8 +1,8 @@
 """Liquids whose viscosity differs from particle to particle, and viscosity that is implicit in time.
 
-Cross (1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s), s = sqrt(2 S : S) the shear rate; with K = mu_0 / tau it tends to
-a Bingham plastic of yield stress tau as mu_0 grows (Shao & Lo 2003). Smagorinsky (1963): the eddies that the spacing dr
-does not resolve add rho (C_s dr)^2 s.
+The laws are those of `fsi.scene.rheology`, of the shear rate s = sqrt(2 S : S); Cross's with K = mu_0 / tau tends to a Bingham
+plastic of yield stress tau as mu_0 grows (Shao & Lo 2003). Smagorinsky (1963): the eddies that the spacing dr does not
+resolve add rho (C_s dr)^2 s.
 
 Implicit viscosity solves u = u* + dt A(u), A the viscous acceleration, by Chebyshev's sweeps (`fsi.fluid.chebyshev`). Every
 sweep is a sum of pair forces that cancel, so momentum is kept whatever the tolerance.
@@ -16,7 +16,9 @@ import numpy as np
 
 from fsi.fluid.chebyshev import HIGHEST, chebyshev
 from fsi.scene.model import Liquid, Scene
+from fsi.scene.rheology import Granular
 from fsi.sph import kernel, viscosity, walls
+from fsi.sph.laws import CROSS
 from fsi.state import Remembers
 
 LEAST = 1e-30  # [Pa s] of an inviscid liquid, so that the harmonic mean of two of them is a number
@@ -26,12 +28,21 @@ STIFFEST = 1e5  # largest dt times rate of viscous decay for implicit viscosity,
 SOLVED = 1e-4  # share of the change of the velocities that the implicit sweeps may leave
 
 
-def law(liquid: Liquid) -> tuple[float, float, float]:
-    """(mu_0 [Pa s], mu_inf [Pa s], K [s]) of a liquid; a Newtonian one has mu_0 = mu_inf."""
+def law(liquid: Liquid) -> tuple[float, ...]:
+    """mu_0 [Pa s], mu_inf [Pa s], and the constants of `fsi.scene.rheology`; a Newtonian liquid has mu_0 = mu_inf."""
     if liquid.rheology is None:
         mu = max(liquid.density * liquid.kinematic_viscosity, LEAST)
-        return mu, mu, 0.0
-    return liquid.rheology.rest_viscosity, max(liquid.rheology.mu_inf, LEAST), liquid.rheology.time
+        return mu, mu, CROSS, 0.0, 0.0, 0.0, 0.0
+    return liquid.rheology.rest_viscosity, max(liquid.rheology.mu_inf, LEAST), *liquid.rheology.constants
+
+
+def buoyant_density(scene: Scene, number: int) -> float:
+    """Density [kg/m3] of a granular liquid less that of what fills its pores; 0 for the others, whose law has no pressure."""
+    liquid = scene.all_liquids[number]
+    if not isinstance(liquid.rheology, Granular):
+        return 0.0
+    pores = liquid.rheology.pore_density
+    return liquid.density - (pores if pores is not None else scene.fluid.density * (number > 0))
 
 
 def viscid(scene: Scene) -> bool:
@@ -88,6 +99,25 @@ def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
     return explicit, False
 
 
+def top_over(position: np.ndarray, width: float) -> np.ndarray:
+    """Height (n,) of the highest of the particles at `position` (n, dim) in the column of each, columns `width` [m] wide, as a
+    mean of it and the columns beside."""
+    if len(position) == 0:
+        return np.empty(0)
+    column = (position[:, :-1] / width).astype(np.int64)
+    column -= column.min(0) - 1
+    shape = column.max(0) + 2
+    top = np.full(shape, -np.inf)
+    np.maximum.at(top, tuple(column.T), position[:, -1])
+    total, count = np.zeros(shape), np.zeros(shape)
+    filled = np.isfinite(top)
+    for step in np.ndindex(*(3,) * len(shape)):
+        shift = tuple(np.array(step) - 1)
+        total += np.roll(np.where(filled, top, 0.0), shift, range(len(shape)))
+        count += np.roll(filled, shift, range(len(shape)))
+    return (total / np.maximum(count, 1))[tuple(column.T)]
+
+
 class Rheology(Remembers):
     """Viscosity of one run: the laws of its liquids and the sweeps that apply them. Owns the laws, the second copy of the rows
     that implicit sweeps need, and `rate` (n,), the shear rate [1/s] of the particles in their present order, where the scene
@@ -101,7 +131,8 @@ class Rheology(Remembers):
         self.no_slip = scene.numerics.wall_slip == "no_slip"
         self.columns = 8 if dim == 3 else 6
         eddy = (scene.numerics.smagorinsky * scene.spacing) ** 2 if scene.numerics.turbulence != "none" else 0.0
-        self.laws = np.array([(*law(liquid), liquid.density * eddy) for liquid in scene.all_liquids])
+        self.laws = np.array([(liquid.density * eddy, *law(liquid)) for liquid in scene.all_liquids])
+        self._buoyant = np.array([buoyant_density(scene, q) for q in range(len(scene.all_liquids))])
         self.eddy, self.decay = eddy, decay_rate(scene)
         self.rate = np.empty(0, dtype)
         self.sweeps = 1
@@ -119,10 +150,23 @@ class Rheology(Remembers):
         n, MU = len(kind), 2 * self.scene.dimension
         if self.shears:
             self.rate = np.empty(n, self.dtype)
-            self.team.run(self._shear, near.bounds, near.groups, flow, kind, self.laws, self.rate, k)
+            confined = self._confinement(flow[:n], kind)
+            self.team.run(self._shear, near.bounds, near.groups, flow, kind, confined, self.laws, self.rate, k)
         else:
-            flow[:n, MU] = self.laws[kind, 0]
+            flow[:n, MU] = self.laws[kind, 1]
         halo.refresh(flow, slice(MU, MU + 1))
+
+    def _confinement(self, flow, kind) -> np.ndarray:
+        """Confining pressure (n,) [Pa] of granular liquids: the weight of what stands above within the liquid, less what its
+        pores carry, from the height of its top over every particle; empty where no liquid is granular."""
+        if not self._buoyant.any():
+            return np.empty(0)
+        pressure, dim, dr = np.zeros(len(flow)), self.scene.dimension, self.scene.spacing
+        for q in np.flatnonzero(self._buoyant):
+            mine = kind == q
+            above = top_over(flow[mine, :dim].astype(float), dr) + 0.5 * dr - flow[mine, dim - 1]
+            pressure[mine] = self._buoyant[q] * self.scene.gravity * np.maximum(above, 0.0)
+        return pressure
 
     def resist(self, near, flow, trial, velocity, k, dt) -> None:
         """Explicit: velocity (n, dim) and the trial velocities gain dt A(u), u the velocities in `flow`."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 
@@ -23,25 +24,25 @@ class Surface:
 
     points: np.ndarray
     clearance: Clearance
+    foot: Callable[[np.ndarray], np.ndarray] | None = None  # closest place on the surface, where the solid can tell
 
 
 def joined(surfaces: Sequence[Surface], spacing: float) -> list[np.ndarray]:
     """Which particles (n,) of each surface to keep; the earlier in the list has the right of way."""
     keep = [np.ones(len(s.points), bool) for s in surfaces]
+    reach = {
+        (one, other): _in_reach(surfaces[one], surfaces[other], spacing)
+        for one, other in permutations(range(len(surfaces)), 2)
+    }
     for low, lower in enumerate(surfaces):
         for high, higher in enumerate(surfaces[:low]):
-            ours, theirs = _in_reach(lower, higher, spacing), _in_reach(higher, lower, spacing)
-            if len(ours) == 0 or len(theirs) == 0:
-                continue
-            _bury(lower, higher, ours, theirs, keep[low], keep[high], spacing)
+            (ours, inside), (theirs, within) = reach[low, high], reach[high, low]
+            if len(ours) and len(theirs):
+                _bury(lower, higher, ours[inside], theirs[within], keep[low], keep[high], spacing)
     for low, lower in enumerate(surfaces):
         for high, higher in enumerate(surfaces[:low]):
             ours, theirs = (
-                side[kept[side]]
-                for side, kept in (
-                    (_in_reach(lower, higher, spacing), keep[low]),
-                    (_in_reach(higher, lower, spacing), keep[high]),
-                )
+                index[keep[side][index]] for (index, _), side in ((reach[low, high], low), (reach[high, low], high))
             )
             if len(ours) and len(theirs):
                 close = distances(lower.points[ours], higher.points[theirs], NEAR * spacing) < NEAR * spacing * (
@@ -51,21 +52,24 @@ def joined(surfaces: Sequence[Surface], spacing: float) -> list[np.ndarray]:
     return keep
 
 
-def _in_reach(one: Surface, other: Surface, spacing: float) -> np.ndarray:
-    """Numbers of the particles of one solid that lie inside another, or closer to it than half a spacing."""
+def _in_reach(one: Surface, other: Surface, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the particles of one solid that lie inside another, or closer to it than half a spacing, and which of them
+    lie inside."""
     if len(one.points) == 0 or len(other.points) == 0:
-        return np.empty(0, int)
-    return np.flatnonzero(other.clearance(one.points) < 0.5 * spacing)
+        return np.empty(0, int), np.empty(0, bool)
+    clearance = other.clearance(one.points)
+    index = np.flatnonzero(clearance < 0.5 * spacing)
+    return index, clearance[index] < 0.0
 
 
 def _bury(lower: Surface, higher: Surface, ours, theirs, keep_low, keep_high, spacing: float) -> None:
-    """Drop what each of two solids hides of the other."""
+    """Drop what each of two solids hides of the other: `ours` are the particles of the lower inside the higher, `theirs` those
+    of the higher inside the lower."""
     for mine, other, index, keep, first in (
         (lower, higher, ours, keep_low, False),
         (higher, lower, theirs, keep_high, True),
     ):
         points = mine.points[index]
-        points, index = (x[other.clearance(points) < 0.0] for x in (points, index))
         hidden = _foot_inside(mine, other, points, spacing)  # where the fluid does not meet my surface
         meets = ~_foot_inside(other, mine, points, spacing)  # where it meets the other's
         gone = hidden & meets if first else hidden | meets
@@ -74,6 +78,8 @@ def _bury(lower: Surface, higher: Surface, ours, theirs, keep_low, keep_high, sp
 
 def _foot_inside(one: Surface, other: Surface, points: np.ndarray, spacing: float) -> np.ndarray:
     """Whether the place on the surface of `one` that is nearest to the points (n, dim) lies inside `other`."""
+    if one.foot is not None:
+        return other.clearance(one.foot(points)) < -BURIED * spacing
     step = 0.05 * spacing
     slope = [one.clearance(points + step * e) - one.clearance(points - step * e) for e in np.eye(points.shape[1])]
     foot = points - one.clearance(points)[:, None] * np.stack(slope, 1) / (2 * step)

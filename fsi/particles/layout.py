@@ -190,7 +190,7 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
     if fixed:
         walls = [(owners == owner, Sides(scene, owner).clearance) for owner in (WALL, PISTON)]
         ours = [Surface(points[mine], clearance) for mine, clearance in walls]
-        grounds = [Surface(clouds[n], solids[n][1].clearance) for n in fixed]
+        grounds = [Surface(clouds[n], solids[n][1].clearance, getattr(solids[n][1], "foot", None)) for n in fixed]
         first, *middle, last = joined([ours[0], *grounds, ours[1]], scene.spacing)
         keep = np.empty(len(points), bool)
         keep[walls[0][0]], keep[walls[1][0]] = first, last

@@ -7,7 +7,7 @@ from typing import Any
 from fsi import plugins
 from fsi.extras import require
 from fsi.scene.geometry import piston_retreat
-from fsi.scene.model import Scene
+from fsi.scene.model import GRIDS, Scene
 
 
 def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) -> tuple[Any, Any, Any]:
@@ -25,5 +25,9 @@ def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) 
             [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
         )
         low[0] -= piston_retreat(scene)  # water follows the piston there
-        solid = plugins.engine().mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
+        engine = plugins.engine()
+        if scene.tank.bathymetry.suffix.lower() in GRIDS:
+            solid = engine.grid_solid(scene, (low, high))
+        else:
+            solid = engine.mesh_solid(scene.tank.bathymetry, scene.dimension, crop=(low, high))
     return moved, coupler, solid

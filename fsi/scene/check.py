@@ -19,7 +19,20 @@ from fsi.waves.kind import Fault
 
 def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
-    checks = (_output, _positions, liquid_faults, _periodic, _field, _resolution, wave_faults, _coupler, _files)
+    checks = (
+        _output,
+        _positions,
+        liquid_faults,
+        _periodic,
+        _field,
+        _resolution,
+        wave_faults,
+        _coupler,
+        _control,
+        _rest,
+        _moorings,
+        _files,
+    )
     # The other checks combine points, so they wait for the dimensions.
     faults = list(_dimensions(scene)) or list(_sizes(scene)) or [fault for check in checks for fault in check(scene)]
     if faults:
@@ -65,6 +78,12 @@ def _positions(scene: Scene) -> Iterator[Fault]:
     low, high = tank.min[-1], tank.max[-1]
     if not scene.fluid.blocks and not low < level <= high:
         yield "fluid.still_water_level", f"{level:g} m is not in the tank, z = {low:g} to {high:g} m", "move it inside"
+    if scene.closed and not (tank.bathymetry or "z+" in tank.walls or "z" in tank.periodic):
+        fault = (
+            f"{level:g} m is the tank's top, where there is no wall: water under no lid has a free surface, and no room"
+        )
+        fix = "raise tank.max for a free surface, or add 'z+' to tank.walls for a closed tank"
+        yield "fluid.still_water_level", fault, fix
     for n, zone in enumerate(scene.damping):
         axis = "xy".index(zone.axis)
         if zone.axis == "y" and scene.dimension == 2:
@@ -121,6 +140,31 @@ def _resolution(scene: Scene) -> Iterator[Fault]:
 
 def _coupler(scene: Scene) -> Iterator[Fault]:
     return scene.coupler.faults(scene)
+
+
+def _moorings(scene: Scene) -> Iterator[Fault]:
+    for name, body in scene.bodies.items():
+        if body.moorings and scene.coupler.scheme == "prescribed":
+            yield f"bodies.{name}.moorings", "have no effect on prescribed motion", "remove them"
+        for line, mooring in body.moorings.items():
+            if mooring.body is not None and isinstance(mooring.fairlead, str):
+                yield f"bodies.{name}.moorings.{line}.body", "has no effect: the site says whose it is", "remove it"
+
+
+def _rest(scene: Scene) -> Iterator[Fault]:
+    for name, body in scene.bodies.items():
+        if body.start == "drawn":
+            continue
+        if scene.fluid.blocks or scene.liquids or not scene.gravity:
+            fault = "the tank is not filled with one liquid to its still water level, in which bodies could rest"
+            yield f"bodies.{name}.start", fault, 'use start = "drawn"'
+        elif scene.coupler.scheme == "prescribed":
+            yield f"bodies.{name}.start", "the motion says where the bodies start", 'use start = "drawn"'
+
+
+def _control(scene: Scene) -> Iterator[Fault]:
+    if scene.control and not scene.bodies:
+        yield "control", "there are no bodies with actuators", "add [bodies.NAME] with mjcf, or remove it"
 
 
 def _files(scene: Scene) -> Iterator[Fault]:

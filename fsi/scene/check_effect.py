@@ -5,7 +5,7 @@ Only values that differ from their defaults count as asked for, so that a scene 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from pydantic import BaseModel
@@ -13,8 +13,7 @@ from pydantic import BaseModel
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
-from fsi.scene.geometry import all_blocks
-from fsi.scene.model import ACCURACY, Numerics, Output, Scene
+from fsi.scene.model import ACCURACY, GRIDS, Numerics, Output, Scene
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 
@@ -27,6 +26,11 @@ def _walls(scene: Scene, tank) -> str:
     idle = [side for side in tank.walls if side[0] not in tank.axes or side[0] in tank.periodic]
     why = "the tank repeats itself along that axis" if tank.periodic else "a two-dimensional scene has no y axis"
     return f"{', '.join(idle)}: {why}" if idle else ""
+
+
+def _grid(scene: Scene, part) -> str:
+    path = scene.tank.bathymetry
+    return "" if path and path.suffix.lower() in GRIDS else f"tank.bathymetry is no grid ({', '.join(GRIDS)})"
 
 
 def _level(scene: Scene, fluid) -> str:
@@ -99,6 +103,7 @@ def _unbodied(scene: Scene, coupler) -> str:
 IDLE: dict[str, Condition] = {
     "tank.walls": _walls,
     "tank.width": lambda scene, tank: scene.dimension == 3 and "a three-dimensional tank has its width in min and max",
+    "tank.grid": _grid,
     "fluid.kinematic_viscosity": _inviscid,
     "fluid.rheology": _inviscid,
     "liquids.*.kinematic_viscosity": _inviscid,
@@ -200,22 +205,14 @@ def _inside(value, key: str, pattern: str) -> Iterator[tuple[str, str, BaseModel
 
 
 def idle_solids(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[str]:
-    """Fixed solids of bodies that do not meet the tank, and gauges above dry ones, one line each. Raises SceneError where the
-    whole bathymetry lies beside the tank."""
+    """Values of bodies that nothing comes of once they are loaded, one line each. Raises SceneError where the whole bathymetry
+    lies beside the tank."""
     if ground and not _meets(scene, ground):
         fix = "move it into the tank, and check its units: they are metres"
         raise SceneError("has no effect: no part of it lies in the tank", key="tank.bathymetry", fix=fix)
-    fixed = [solid for owner, solid in bodies.solids() if owner == 0] if bodies else []
-    lines = [
-        f"bodies: fixed wet geom {getattr(solid, 'name', '')!r} has no effect: it lies outside the tank"
-        for solid in fixed
-        if not _meets(scene, solid)
-    ]
-    if bodies and not bodies.gaps():
-        for name, body in scene.bodies.items():
-            if body.glued_layers:
-                lines.append(f"bodies.{name}.glued_layers: has no effect: no body of the file moves")
-    return lines + list(_dry_gauges(scene, [*fixed, *([ground] if ground else [])]))
+    glued = {name: body for name, body in scene.bodies.items() if body.glued_layers}
+    idle = glued if bodies and not bodies.gaps() else {}
+    return [f"bodies.{name}.glued_layers: has no effect: no body of the file moves" for name in idle]
 
 
 def _meets(scene: Scene, solid: Solid) -> bool:
@@ -225,32 +222,3 @@ def _meets(scene: Scene, solid: Solid) -> bool:
     return bool(
         ((points > np.array(scene.tank.min) - margin) & (points < np.array(scene.tank.max) + margin)).all(1).any()
     )
-
-
-def _dry_gauges(scene: Scene, solids: Sequence[Solid]) -> Iterator[str]:
-    tank, half = scene.tank, 0.5 * scene.spacing
-    if not solids:
-        return
-    heights = np.arange(tank.min[-1] + half, tank.max[-1], half)
-    for name, gauge in scene.gauges.items():
-        place = (gauge.x,) if scene.dimension == 2 else (gauge.x, gauge.y)
-        column = np.column_stack([np.tile(place, (len(heights), 1)), heights])
-        solid = np.min([s.clearance(column) for s in solids], axis=0) < 0
-        water = _top_of_water(scene, place)
-        if solid.any() and (top := heights[solid].max() + half) >= water - half:
-            yield (
-                f"gauges.{name}: stands over dry ground up to z = {round(top, 4):g} m, the water is at {round(water, 4):g} m; "
-                "it reads nothing as long as no water runs over it"
-            )
-
-
-def _top_of_water(scene: Scene, place: tuple[float, ...]) -> float:
-    """Of the fluid at the start on the vertical through `place` [m]; -inf where there is none."""
-    tops = [
-        block.max[-1]
-        for block in all_blocks(scene).values()
-        if all(a <= x <= b for a, x, b in zip(block.min, place, block.max, strict=False))
-    ]
-    if not scene.fluid.blocks:
-        tops.append(scene.fluid.still_water_level)
-    return max(tops, default=-np.inf)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from fsi.compute.memory import free_memory
 from fsi.compute.team import available_threads
 from fsi.scene.model import Scene
@@ -44,8 +46,9 @@ def size_faults(scene: Scene, volume: float, depth: float) -> Iterator[Fault]:
 
 def fluid_particles(scene: Scene, volume: float) -> float:
     """Of a fluid of this volume [m3, in two dimensions m2]."""
-    for _ in range(scene.dimension):  # one by one: a small spacing's power is zero
-        volume /= scene.spacing
+    with np.errstate(over="ignore"):  # infinitely many are too many
+        for _ in range(scene.dimension):  # one by one: a small spacing's power is zero
+            volume /= scene.spacing
     return volume
 
 

@@ -85,4 +85,7 @@ def known_fields() -> list[str]:
 
 def field_of(name: str) -> ParticleField:
     """The field of that name. Raises SceneError where the package that brings it cannot be imported."""
-    return FIELDS[name] if name in FIELDS else plugins.find("fields", name)
+    if name in FIELDS:
+        plugins.check_ours("fields", name)
+        return FIELDS[name]
+    return plugins.find("fields", name)

@@ -18,6 +18,7 @@ from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
+from fsi.scene.rheology import Rheology
 from fsi.scene.waves import DampingZone, Waves
 
 
@@ -36,12 +37,26 @@ class Box(Part):
         return self
 
 
+GRIDS = (".xyz", ".asc", ".tif", ".tiff")  # suffixes of files of heights
+
+
+class Grid(Part):
+    """Where a bathymetry that is a grid of heights (XYZ, ASC, GeoTIFF) lies in the tank."""
+
+    origin: tuple[Number, Number] = (0.0, 0.0)  # of the tank, x = y = 0, in the file's coordinates [m]
+    direction: Number = 0.0  # of the tank's x axis, anticlockwise from the file's x axis [degrees]
+    level: Number = 0.0  # height in the file of the tank's z = 0 [m]
+    depths: bool = False  # the file holds depths, positive downwards
+    missing: Number | None = None  # what the file would hold where it has no data [m]; None: refused inside the tank
+
+
 class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
-    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground
+    bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground, or grid (XYZ, ASC, GeoTIFF)
+    grid: Grid | None = None  # where a bathymetry that is a grid lies
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
 
     @property
@@ -54,35 +69,6 @@ class Block(Box):
     """A box of fluid at the start, with a uniform velocity [m/s]."""
 
     velocity: tuple[Number, ...] | None = None
-
-
-class Rheology(Part):
-    """Viscosity that falls with the shear rate s (Cross 1965): mu = mu_inf + (mu_0 - mu_inf) / (1 + K s).
-
-    Give K, or a yield stress tau for a Bingham plastic with K = mu_0 / tau; mu_0 is then how stiff it is below it."""
-
-    mu_inf: NonNegative  # at large shear rates [Pa s]
-    mu_0: Positive | None = None  # at rest [Pa s]; 1000 mu_inf if not given
-    yield_stress: Positive | None = None  # tau [Pa]
-    cross_time: Positive | None = None  # K [s]
-
-    @model_validator(mode="after")
-    def _complete(self):
-        if (self.yield_stress is None) == (self.cross_time is None):
-            raise ValueError("needs either yield_stress or cross_time; give one of the two")
-        if self.rest_viscosity <= self.mu_inf:
-            raise ValueError(f"mu_0 must lie above mu_inf {self.mu_inf:g} Pa s; raise mu_0")
-        return self
-
-    @property
-    def rest_viscosity(self) -> float:
-        """mu_0 [Pa s]."""
-        return 1000 * self.mu_inf if self.mu_0 is None else self.mu_0
-
-    @property
-    def time(self) -> float:
-        """K [s]."""
-        return self.rest_viscosity / self.yield_stress if self.cross_time is None else self.cross_time
 
 
 class Liquid(Part):
@@ -171,6 +157,20 @@ def _pto_count(pto) -> str:
 Ptos = Annotated[Annotated[Pto, Tag("one")] | Annotated[dict[str, Pto], Tag("by joint")], Discriminator(_pto_count)]
 
 
+class Mooring(Part):
+    """A mooring line from an anchor to a fairlead on a body, quasi-static by MoorPy (`bodies.moorings`)."""
+
+    anchor: tuple[Number, Number, Number]  # in the tank [m]; at its floor the line rests on it
+    fairlead: (
+        str | tuple[Number, Number, Number]
+    )  # site of the file, or a point of the tank, with the body as drawn [m]
+    body: str | None = None  # that a point belongs to; None: the only one that moves
+    length: Positive  # unstretched [m]
+    mass: NonNegative  # per length, in air [kg/m]; 0 without a diameter: a straight spring that only pulls
+    diameter: NonNegative = 0.0  # of a solid line of its volume, for its buoyancy [m]
+    EA: Positive  # axial stiffness [N]
+
+
 class BodyFile(Part):
     """Bodies of one MJCF file; MuJoCo gives mass, inertia, joints and contacts, the wet geoms meet the fluid."""
 
@@ -180,7 +180,18 @@ class BodyFile(Part):
         0  # of fluid, in the gap to fixed wet geoms, that move with the body
     )
     dry_inside: bool = False  # an open body starts without the water that it holds
+    start: Literal["drawn", "equilibrium"] = "drawn"  # pose at t = 0; equilibrium: where the bodies float at rest
+    moorings: dict[str, Mooring] = {}  # lines by name
     pto: Ptos = {}  # power take-off of the file's only joint, or joint name -> power take-off
+
+
+class Control(Part):
+    """A controller of the actuators: `FILE.py:NAME` is a function of the run as it stands, or a class whose objects are one;
+    it sets `run.data.ctrl`."""
+
+    function: FilePath
+    interval: Positive | None = None  # from one call to the next [s]; None: before every step
+    settings: dict[str, bool | Number | str] = {}  # for the class's __init__
 
 
 ACCURACY = {  # defaults that differ from those of `normal`
@@ -283,6 +294,7 @@ class Scene(Part):
     areas: dict[str, Area] = {}
     loads: dict[str, Load] = {}
     bodies: dict[str, BodyFile] = {}
+    control: Control | None = None
     coupler: AnyCoupler = CouplerSettings()
     numerics: Numerics = Numerics()
     output: Output = Output()

@@ -234,6 +234,8 @@ class Balance(Remembers):
             "dry_quaternion": quaternions(dry_rotation),
             **self.bodies.joints(),
             **self.bodies.sensors(self.wrench[FIRST_BODY:]),
+            **self.bodies.controls(),
+            **self.bodies.moorings(),
         }
 
 

@@ -19,7 +19,7 @@ from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
-from fsi.protocols import BodySet, Coupler, Event, Frame, Moment, Recorder, Solid
+from fsi.protocols import BodySet, Controller, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.binding import bind
 from fsi.scene.geometry import piston_motion, wave_depth
 from fsi.scene.model import Scene
@@ -70,7 +70,7 @@ class Simulation(Remembers):
 
     remembered = (
         "time", "dt", "step_count", "fluid", "balance", "instruments", "bodies", "coupler", "absorber", "_limits", "_speed",
-        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms",
+        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms", "control",
     )  # fmt: skip
 
     def __init__(
@@ -118,6 +118,25 @@ class Simulation(Remembers):
         self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
         self._recording = False
+        self.control = None
+        if scene.control:
+            from fsi.simulation.control import controller_of
+
+            if (controller := controller_of(scene, scene.name)) is not None:
+                self.steer(controller, scene.control.interval)
+
+    def steer(self, controller: Controller, interval: float | None = None) -> None:
+        """Have a controller called before every step, or every `interval` seconds. Raises SceneError where there is nothing to
+        control, or a controller already."""
+        from fsi.simulation.control import Control
+        from fsi.simulation.view import View
+
+        if self.control:
+            raise SceneError("the scene names a controller already", key="control", fix="use one of the two")
+        if not self.bodies or not self.bodies.actuator_names:
+            fault, fix = "the body files have no actuator", "add <actuator> to one, or leave the controller out"
+            raise SceneError(fault, key="control", fix=fix)
+        self.control = Control(controller, interval, View(self))
 
     def _movers(self) -> Movers:
         waves, absorber = self.scene.waves, None
@@ -146,11 +165,22 @@ class Simulation(Remembers):
         state is one of another scene."""
         if self.step_count:
             raise ValueError("only a simulation that has taken no step can take over a state")
+        self.rewind(state)
+
+    def rewind(self, state: dict) -> None:
+        """Go back to an earlier state of this simulation, from which it goes on as then, bit for bit."""
         told = state["told"]
         super().restore({name: value for name, value in state.items() if name != "told"})
         self.phases.update(told["phases"])
         self._began = clock.perf_counter() - told["wall_time"]
         self.events = [Event(Moment(t, int(n), wall), level, text) for t, n, wall, level, text in told["events"]]
+
+    def reseed(self, seed: int) -> None:
+        """At t = 0: give waves that have a seed this one."""
+        waves = self.scene.waves
+        if waves is not None and hasattr(waves, "seed"):
+            self.scene = self.scene.model_copy(update={"waves": waves.model_copy(update={"seed": int(seed)})})
+            self.movers = self._movers()
 
     # -------------------------------------------------------------------------------------- the loop
 
@@ -181,6 +211,8 @@ class Simulation(Remembers):
             self.balance.open()
         if self.step_count == 0 and self.bodies:
             self._speed = max(self._speed, self._stability.fastest_body())
+        if self.control:
+            until = min(until, self.control.act(self.time))
         dt = self.dt = to_reach(until, self.time, self._limits.choose(self._speed, self._acceleration))
         logged = [name for name, due in self._due.items() if self.time + dt >= due + self._interval(name) * 0.999]
         with self._phase("neighbours"):

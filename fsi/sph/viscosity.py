@@ -16,6 +16,7 @@ from fsi.compute.lane_sums import small_matrix
 from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
+from fsi.sph.laws import CROSS, HERSCHEL_BULKLEY
 from fsi.sph.terms import (
     closeness,
     interface_gradient,
@@ -28,6 +29,7 @@ from fsi.sph.terms import (
     viscous,
 )
 
+TINY = 1e-12  # shear rate [1/s] below which there is none
 WELL_SPREAD = (
     0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
 )
@@ -69,12 +71,29 @@ def shear_rate(G, M):
     return math.sqrt(total)
 
 
+@helper()
+def apparent_viscosity(rate, pressure, law):
+    """Viscosity [Pa s] at a shear rate [1/s] and, of grains, a confining pressure [Pa]; law: mu_0, mu_inf and the constants
+    of `fsi.scene.rheology`."""
+    highest, lowest, kind = law[1], law[2], law[3]
+    if kind == CROSS:
+        return lowest + (highest - lowest) / (1.0 + law[4] * rate)
+    s = max(rate, TINY)
+    if kind == HERSCHEL_BULKLEY:
+        mu = law[4] * s ** (law[5] - 1.0) + law[6] * -math.expm1(-law[7] * s) / s
+    else:
+        friction = law[4] + (law[5] - law[4]) * s / (s + law[6] * math.sqrt(pressure))
+        mu = friction * pressure / s
+    return min(max(mu, lowest), highest)
+
+
 @cache
 def make_shear(lanes: int, dim: int, no_slip: bool):
     """Shear rate [1/s] of the fluid particles into `rate` (n,), and with it their viscosity into `flow`. It is exact where
     the velocity is linear in space, also at the surface and at free-slip walls; no-slip walls take part with their
     mirrored velocities, which halves the error of the curved profile at a wall. `kind` (n,): the
-    liquid of each; `laws` (m, 4): mu_0, mu_inf, K and the factor rho (C_s dr)^2 of the eddies (`fsi.fluid.rheology`)."""
+    liquid of each; `confined` (n,): confining pressure [Pa], empty where no law has one; `laws` (m, 8): the factor
+    rho (C_s dr)^2 of the eddies and a law as in `apparent_viscosity`."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, MU = columns.flow(dim).of("x u mu")
 
@@ -95,7 +114,7 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
             gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
         return gx, gy, gz + fx * component(u_ij, Z), mx, my, mz + fx * component(x_ij, Z)
 
-    def finish(i, sums, flow, kind, laws, rate, k):
+    def finish(i, sums, flow, kind, confined, laws, rate, k):
         gx, gy, gz, mx, my, mz = sums
         G, M = small_matrix(DIM, DIM), small_matrix(DIM, DIM)
         for b in range(DIM):
@@ -105,11 +124,11 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
                 G[1, b], M[1, b] = k.divergence_factor * gy[b], k.divergence_factor * my[b]
         rate[i] = shear_rate(G, M)
         q = kind[i]
-        mu = laws[q, 1] + (laws[q, 0] - laws[q, 1]) / (1.0 + laws[q, 2] * rate[i])
-        flow[i, MU] = mu + laws[q, 3] * rate[i]
+        pressure = confined[i] if confined.size else 0.0
+        flow[i, MU] = apparent_viscosity(rate[i], pressure, laws[q]) + laws[q, 0] * rate[i]
 
     return over_pairs(
-        "shear", (lanes, dim, no_slip), takes="flow kind laws rate k",
+        "shear", (lanes, dim, no_slip), takes="flow kind confined laws rate k",
         sum=Sum(hold, empty, ((ALL if no_slip else FLUID, pair),), finish),
     )  # fmt: skip
 

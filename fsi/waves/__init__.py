@@ -25,6 +25,7 @@ def load_kind(name: str) -> type[WaveKind]:
     if Path(__file__).parent.joinpath("kinds", f"{name}.py").is_file():
         from importlib import import_module
 
+        plugins.check_ours("waves", name)
         return import_module(f"{__name__}.kinds.{name}").Waves
     return plugins.find("waves", name)
 

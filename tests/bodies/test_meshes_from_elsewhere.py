@@ -1,5 +1,7 @@
 """Meshes of others: parts that overlap, hulls in hulls, open barges, other units; each is told before anything is sampled."""
 
+import os
+
 import numpy as np
 import pytest
 import trimesh
@@ -177,3 +179,19 @@ def test_ground_of_parts_that_overlap_is_one_solid(tmp_path):
     )
     points = solid.boundary(0.05, 3)
     assert (solid.clearance(points) < 0).all()
+
+
+def test_a_mesh_that_changes_within_a_second_is_read_anew(tmp_path):
+    geom = '<body><freejoint/><geom type="mesh" mesh="m" density="500"/></body>'
+    text = f'<mujoco><asset><mesh name="m" file="m.stl"/></asset><worldbody>{geom}</worldbody></mujoco>'
+    (tmp_path / "m.xml").write_text(text)
+    masses = []
+    for size in (0.4, 0.6):
+        box((size, size, size)).export(tmp_path / "m.stl")
+        os.utime(tmp_path / "m.stl", (1e9, 1e9))
+        files = {"m": BodyFile(mjcf=tmp_path / "m.xml")}
+        tank = Tank(min=(-1, -1, -1), max=(1, 1, 1))
+        masses.append(
+            load(Scene(dimension=3, spacing=0.05, duration=1, tank=tank, bodies=files), "s").model.body_mass[1]
+        )
+    assert masses == pytest.approx([32.0, 108.0])

@@ -5,6 +5,7 @@ import pytest
 from tanks import pairs, random_fluid, still_tank
 
 from fsi.fluid import timestep
+from fsi.fluid.rheology import top_over
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 from fsi.sph import kernel
@@ -51,6 +52,41 @@ def test_plastic_viscosity_follows_the_shear_rate():
         expected = 1.0 + 999.0 / (1 + 50.0 * rate)
         assert np.allclose(fluid.work.flow[: fluid.count, 4], expected, rtol=1e-7)
     assert expected * rate == pytest.approx(20.0 + rate, rel=0.01)  # the plastic's stress
+
+
+def test_herschel_bulkley_follows_its_law():
+    """k s^n + tau above the yield stress, mu_0 at rest."""
+    law = {"law": "herschel_bulkley", "consistency": 2.0, "exponent": 0.5, "yield_stress": 20.0, "mu_0": 1e4}
+    fluid = random_fluid(2, liquid={"rheology": law})
+    for rate in (1e-9, 1.0, 50.0):
+        linear_flow(fluid, [[0.0, rate], [0.0, 0.0]])
+        stress = fluid.work.flow[: fluid.count, 4] * rate
+        assert np.allclose(stress, min(2.0 * rate**0.5 + 20.0, 1e4 * rate), rtol=1e-6)
+
+
+def test_grains_carry_the_friction_of_their_weight():
+    """mu(I) p with p the weight of the grains above, less that of the liquid in their pores."""
+    law = {"law": "granular", "friction": 0.4, "friction_fast": 0.7, "grain_diameter": 0.01, "mu_0": 1e6}
+    rate = 3.0
+    grains = {"density": 1600.0, "rheology": law | {"pore_density": 1000.0}}
+    fluid = Simulation(still_tank(spacing=0.05, length=1.0, fluid=grains), threads=1).fluid
+    linear_flow(fluid, [[0.0, rate], [0.0, 0.0]])
+    p = 9.81 * 600.0 * -fluid.position[:, 1]
+    number = rate * 0.01 * np.sqrt(2500.0 / p)
+    stress = (0.4 + 0.3 / (1 + 0.3 / number)) * p
+    inner = np.abs(fluid.position[:, 0] - 0.5) < 0.3  # the mirrored velocities of the walls add to the rate
+    inner &= fluid.position[:, 1] > fluid.position[:, 1].min() + 0.21
+    assert inner.any()
+    assert np.allclose(fluid.work.flow[: fluid.count, 4][inner] * rate, stress[inner], rtol=1e-3)
+
+
+def test_the_top_over_a_slope_is_its_surface():
+    x, z = np.meshgrid(np.arange(0.05, 2, 0.1), np.arange(0.05, 1, 0.1), indexing="ij")
+    points = np.stack([x, z], -1).reshape(-1, 2)
+    points = points[points[:, 1] < 0.8 - 0.25 * points[:, 0]]
+    inner = (points[:, 0] > 0.1) & (points[:, 0] < 1.9)
+    top = top_over(points, 0.1) + 0.05
+    assert np.abs(top - (0.8 - 0.25 * points[:, 0]))[inner].max() < 0.06
 
 
 @pytest.mark.parametrize("dim, precision, tolerance", [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5)])

@@ -26,6 +26,7 @@ MOVED = BODY | {"coupler.scheme": "prescribed"}
 
 CASES = {  # pattern -> key, value without effect, the rest of the scene, a word of the reason
     "tank.walls": ("tank.walls", '["x-", "x+", "y-", "z-"]', {}, "no y axis"),
+    "tank.grid": ("tank.grid", "{level = 2.0}", {}, "no grid"),
     "tank.width": ("tank.width", "2.0", "3D", "min and max"),
     "fluid.kinematic_viscosity": ("fluid.kinematic_viscosity", "1e-3", {"numerics.viscosity": "none"}, "'none'"),
     "fluid.rheology": (
@@ -108,13 +109,22 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "name description": "names the run folder; is listed by `fsi cases`",
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
     "tank.periodic": "refused for an axis that the scene does not have",
+    "tank.grid.origin tank.grid.direction tank.grid.level tank.grid.depths tank.grid.missing": "with a grid, see `tank.grid`",
     "tank.bathymetry": "refused where no part of it lies in the tank, by `idle_solids`",
     "fluid.density liquids.*.density": "pressures and forces are proportional to it",
     "fluid.blocks.*.min fluid.blocks.*.max fluid.blocks.*.velocity": "the fluid at the start",
     "liquids.*.blocks.*.min liquids.*.blocks.*.max liquids.*.blocks.*.velocity": "the fluid at the start",
-    "fluid.rheology.mu_inf fluid.rheology.mu_0 fluid.rheology.yield_stress fluid.rheology.cross_time": "with the rheology",
-    "liquids.*.rheology.mu_inf liquids.*.rheology.mu_0": "with the rheology",
+    "fluid.rheology.law fluid.rheology.mu_inf fluid.rheology.mu_0 fluid.rheology.yield_stress": "with the rheology",
+    "fluid.rheology.cross_time fluid.rheology.consistency fluid.rheology.exponent": "with the rheology",
+    "fluid.rheology.regularisation fluid.rheology.friction fluid.rheology.friction_fast": "with the rheology",
+    "fluid.rheology.inertial_number fluid.rheology.grain_diameter fluid.rheology.grain_density": "with the rheology",
+    "fluid.rheology.pore_density": "with the rheology",
+    "liquids.*.rheology.law liquids.*.rheology.mu_inf liquids.*.rheology.mu_0": "with the rheology",
     "liquids.*.rheology.yield_stress liquids.*.rheology.cross_time": "with the rheology",
+    "liquids.*.rheology.consistency liquids.*.rheology.exponent liquids.*.rheology.regularisation": "with the rheology",
+    "liquids.*.rheology.friction liquids.*.rheology.friction_fast": "with the rheology",
+    "liquids.*.rheology.inertial_number liquids.*.rheology.grain_diameter": "with the rheology",
+    "liquids.*.rheology.grain_density liquids.*.rheology.pore_density": "with the rheology",
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
     "waves.distance waves.delay waves.lowest waves.format waves.time waves.site waves.scale waves.terms": "the piston's path",
@@ -129,8 +139,12 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "runups.*.depth areas.*.depth": "where the water line is",
     "loads.*.on loads.*.min loads.*.max": "refused where nothing fixed is there",
     "loads.*.about": "the torque",
-    "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `idle_solids`",
-    "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `idle_solids`",
+    "gauges.*.x probes.*.position": "outside the tank refused; over dry ground told by `dry_gauges`",
+    "bodies.*.mjcf bodies.*.position": "bodies outside the tank are refused, fixed geoms told by `check_inside`",
+    "bodies.*.moorings.*.anchor bodies.*.moorings.*.fairlead bodies.*.moorings.*.length": "the line's force",
+    "bodies.*.moorings.*.mass bodies.*.moorings.*.diameter bodies.*.moorings.*.EA": "its weight and stretch",
+    "bodies.*.moorings.*.body": "refused beside a site",
+    "bodies.*.start": "refused where the bodies find no rest, or nothing moves them",
     "bodies.*.glued_layers": "told by `idle_solids` where no body of the file moves",
     "bodies.*.pto.kind bodies.*.pto.damping bodies.*.pto.stiffness bodies.*.pto.hold bodies.*.pto.least_speed": "the force",
     "bodies.*.pto.force bodies.*.pto.file bodies.*.pto.function": "the force; refused for prescribed motion",
@@ -138,6 +152,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "numerics.smoothing_ratio numerics.solver numerics.precision numerics.viscosity": "in every sweep",
     "numerics.density_relaxation numerics.fixed_time_step": "in every step",
     "output.mcap output.timeline": "a stream more or less",
+    "control.function control.interval control.settings": "refused without bodies, actuators, or a class that takes them",
     "output.checkpoint": "checkpoints more or less often",
     "alarms.lost_particles alarms.energy": "when a run fails",
     "bodies.*.dry_inside": "water inside an open body or none",
@@ -264,20 +279,34 @@ class Fixed:
         return []
 
 
-def test_solids_outside_the_tank_are_told(scene):
+def test_a_bathymetry_outside_the_tank_is_refused(scene):
     tank, far, near = scene({}), Ground((250, -1), (251, 1), "quay"), Ground((2, -1), (3, -0.3), "sill")
     with pytest.raises(SceneError, match=r"tank.bathymetry: has no effect: no part of it lies in the tank; move it"):
         idle_solids(tank, None, far)
-    assert idle_solids(tank, Fixed(far), None) == [
-        "bodies: fixed wet geom 'quay' has no effect: it lies outside the tank"
-    ]
-    assert idle_solids(tank, Fixed(near), near) == []
+    assert idle_solids(tank, Fixed(near), near) == []  # fixed geoms outside are told where bodies are checked
 
 
 def test_gauges_over_dry_ground_are_told(scene):
-    wet = scene({"gauges.a": "{x = 2.5}"})
-    assert idle_solids(wet, None, Ground((2, -1), (3, -0.3))) == []
-    [line] = idle_solids(wet, None, Ground((2, -1), (3, 0.2)))
-    assert line.startswith("gauges.a: stands over dry ground up to z = 0.2 m, the water is at 0 m")
-    dam = scene({"gauges.a": "{x = 2.5}"} | BLOCK)
-    assert idle_solids(dam, None, None) == []
+    from fsi.fluid.gauges import dry_gauges
+    from fsi.particles.layout import build
+
+    for ground, keys in (
+        (None, {}),
+        (Ground((2, -1), (3, -0.3)), {}),
+        (Ground((2, -1), (3, 0.2)), None),
+        (None, BLOCK),
+    ):
+        it = scene({"gauges.a": "{x = 2.5}"} | (keys or {}))
+        laid = build(it, None, ground)
+        told = dry_gauges(it, laid.position, laid.boundary)
+        assert bool(told) == (keys != {})
+        assert all("gauges a: no free surface there at the start" in line for line in told)
+
+
+def test_water_up_to_a_top_without_a_wall_is_refused(scene):
+    with pytest.raises(
+        SceneError, match=r"still_water_level: 0.5 m is the tank's top, where there is no wall.*; raise tank.max"
+    ):
+        scene({"fluid.still_water_level": "0.5"})
+    lid = '["x-", "x+", "z-", "z+"]'
+    assert scene({"fluid.still_water_level": "0.5", "tank.walls": lid}).closed

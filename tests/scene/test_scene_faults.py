@@ -155,7 +155,7 @@ def test_fault_is_told(scene_file, added, lines):
         ("tank.bathymetry=3", "tank.bathymetry: 3 should be a path"),
         ("spacing=inf", "spacing: inf should be a finite number"),
         ("dimension=4", "dimension: 4 is not one of 2, 3; use one of them"),
-        ("name=a b", r"name: 'a b' should match pattern '^[\w.-]+$'"),
+        ("name=a b", "name: 'a b' is no name of a folder; use letters, digits, _, - and dots, and not dots alone"),
     ],
 )
 def test_wrong_type_is_told_in_words_of_the_file(scene_file, override, line):

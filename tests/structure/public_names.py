@@ -17,6 +17,8 @@ warnings: list[str] = simulation.warnings
 with fsi.open(scene) as session:
     now: float = session.step()
 opened: fsi.Session = session
+world = fsi.Environment(scene, reward=lambda run: -run.time, interval=0.1)
+driven: fsi.Run = fsi.run(scene, on_step=lambda run: print(run.gauges), controller=lambda run: None)
 heights: list[float] = fsi.load_run(ended.folder).elevation.values.tolist()
 again: fsi.Run = fsi.resume(ended.folder, until=0.2)
 page: Path = fsi.report(ended.folder)

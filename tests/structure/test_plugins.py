@@ -274,3 +274,22 @@ def test_two_packages_with_one_name_are_refused(tmp_path, monkeypatch):
         plugins.find("couplers", "same")
     with pytest.raises(SceneError, match="no package brings the coupler 'none'; known are added_mass, fixed_point"):
         plugins.find("couplers", "none")
+
+
+def test_a_name_of_ours_is_told_and_not_passed_over(tmp_path, monkeypatch):
+    from fsi.errors import SceneError
+    from fsi.scene.fields import field_of
+    from fsi.waves import load_kind
+
+    info = tmp_path / "again-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: again\nVersion: 1.0\n")
+    groups = {"waves": "regular", "fields": "pressure", "commands": "run"}
+    text = "\n".join(f"[spindrift.{group}]\n{name} = again:thing" for group, name in groups.items())
+    (info / "entry_points.txt").write_text(text)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for find, name in ((load_kind, "regular"), (field_of, "pressure")):
+        with pytest.raises(SceneError, match=f"'{name}' is one of ours, and again brings another by that name; rename"):
+            find(name)
+    told = CliRunner().invoke(app, ["run", "flap"])
+    assert told.exit_code == 2 and "the command 'run' is one of ours, and again brings another" in told.output

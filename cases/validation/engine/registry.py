@@ -53,6 +53,8 @@ def module_of(name: str) -> str:
 
 def load(name: str) -> Case:
     """The case of that name. Raises SceneError where its module does not hold it."""
+    if name in _OURS:
+        plugins.check_ours("cases", name)
     module = import_module(module_of(name)) if name in _OURS else plugins.find("cases", name)
     if name not in module.CASES:
         raise SceneError(f"its CASES have no {name!r}", file=module.__file__, fix="let CASES and the names agree")

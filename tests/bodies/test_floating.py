@@ -1,0 +1,109 @@
+"""How bodies float: against the hydrostatics of boxes and spheres, upright and not."""
+
+import math
+import re
+
+import pytest
+
+import fsi
+from bodies import load
+from fsi.errors import SceneError
+from fsi.scene.check_floating import afloat, floating_lines, narrow
+
+BOX = """
+<mujoco>
+  <worldbody>
+    <body name="box">{joint}<geom name="box" type="box" size="0.2 0.15 0.1" density="{density}"/>{more}</body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def made(dimension=2, joint="<freejoint/>", density=500, more="", z=0.0, **keys):
+        (tmp_path / "box.xml").write_text(BOX.format(joint=joint, density=density, more=more))
+        low, high = ((-1.0, -0.6), (1.0, 0.5)) if dimension == 2 else ((-1.0, -0.8, -0.6), (1.0, 0.8, 0.5))
+        body = {"mjcf": tmp_path / "box.xml", "position": (0.0, 0.0, z)} | keys.pop("body", {})
+        tank = {"min": low, "max": high, "width": 0.3}
+        return fsi.Scene(dimension=dimension, spacing=0.05, duration=1.0, tank=tank, bodies={"box": body}, **keys)
+
+    return made
+
+
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_a_box_floats_as_archimedes_has_it(scene, dimension):
+    """GM = I / V - BG (Newman 1977, sec. 6.5)."""
+    draft, mass = 0.12, 500 * 1.2 * 0.4 * 0.3 * 0.2
+    made = scene(dimension, density=600, z=0.07)
+    found = load(made).hydrostatics()["box"]
+    assert found["drawn"]["displaced_mass"] == pytest.approx(1000 * 0.4 * 0.3 * 0.03, rel=0.01)
+    rest = found["rest"]
+    assert rest["mass"] == pytest.approx(mass) and rest["displaced_mass"] == pytest.approx(mass, rel=1e-3)
+    assert rest["draft"] == pytest.approx(draft, abs=0.002) and rest["rise"] == pytest.approx(-0.09, abs=0.001)
+    assert rest["centre_of_buoyancy"] == pytest.approx(-draft / 2, abs=0.001)
+    assert rest["metacentric_height"] == pytest.approx(0.4**2 / 12 / draft + draft / 2 - 0.1, abs=0.004)
+    if dimension == 3:
+        assert rest["metacentric_height_roll"] == pytest.approx(0.3**2 / 12 / draft + draft / 2 - 0.1, abs=0.004)
+    [line] = afloat(made, {"box": found})
+    assert re.search(r"rests 0\.0?(9|898) m lower", line) and 'bodies.box.start = "equilibrium"' in line
+    assert len(list(floating_lines({"box": found}))) == 2
+    bodies = load(scene(dimension, density=600, z=0.07, body={"start": "equilibrium"}))
+    assert bodies.data.qpos[2] == pytest.approx(-0.02, abs=0.001)
+    assert any("starts at rest, 0.0" in note and "below" in note for note in bodies.notes)
+    assert afloat(made, bodies.hydrostatics()) == []
+
+
+def test_an_unstable_pose_is_left(scene):
+    """A heavy mast: upright the box is at rest and unstable, so that it turns over."""
+    mast = '<geom name="mast" type="sphere" size="0.02" pos="0 0 0.3" mass="6"/>'
+    wet = scene(more=mast, density=300)
+    found = load(wet).hydrostatics()["box"]
+    assert found["drawn"]["metacentric_height"] < 0 and abs(found["rest"]["heel"]) > 45
+
+
+def test_a_sinking_body_is_told(scene):
+    bodies = load(scene(density=1500))
+    found = bodies.hydrostatics()
+    assert "rest" not in found["box"] and "finds no rest" in afloat(scene(density=1500), found)[0]
+    with pytest.raises(SceneError, match=r"bodies.box.start: the bodies find no rest"):
+        load(scene(density=1500, body={"start": "equilibrium"}))
+
+
+def test_a_spring_shares_the_weight(scene):
+    slide = '<joint name="heave" type="slide" axis="0 0 1"/>'
+    bodies = load(
+        scene(joint=slide, density=500, body={"pto": {"stiffness": 1000.0, "rest": 0.05}, "start": "equilibrium"})
+    )
+    water = 1000 * 9.81 * 0.4 * 0.3
+    assert bodies.data.qpos[0] == pytest.approx(1000 * 0.05 / (1000 + water), rel=0.02)
+
+
+def test_a_start_at_rest_needs_still_water(scene):
+    blocks = {"blocks": [{"min": (-1.0, -0.6), "max": (1.0, 0.0)}]}
+    with pytest.raises(SceneError, match=r"bodies.box.start: the tank is not filled"):
+        fsi.load_scene(scene(fluid=blocks, body={"start": "equilibrium"}))
+    assert load(scene(fluid=blocks)).hydrostatics() == {}
+
+
+@pytest.mark.slow
+def test_natural_periods_are_those_of_theory(tmp_path):
+    """A half immersed cylinder has the added mass of its displaced water in heave at high frequency, half that of the whole
+    one in an unbounded fluid (Newman 1977, sec. 4.13): T = 2 pi sqrt(pi R / 2 g)."""
+    (tmp_path / "drum.xml").write_text(
+        BOX.replace('type="box" size="0.2 0.15 0.1"', 'type="cylinder" zaxis="0 1 0" size="0.2 0.15"').format(
+            joint='<joint name="heave" type="slide" axis="0 0 1"/>', density=500, more=""
+        )
+    )
+    tank = {"min": (-1.2, -1.0), "max": (1.2, 0.3), "width": 0.3}
+    scene = fsi.Scene(spacing=0.05, duration=1.0, tank=tank, bodies={"drum": {"mjcf": tmp_path / "drum.xml"}})
+    [(name, period)] = fsi.check(scene, periods=True, threads=1)["natural_periods"].items()
+    assert name == "heave" and period == pytest.approx(2 * math.pi * math.sqrt(math.pi * 0.2 / (2 * 9.81)), rel=0.06)
+
+
+def test_narrow_water_is_told(scene):
+    wide = scene(z=-0.05).model_copy(update={"spacing": 0.025})
+    assert narrow(wide, load(wide), None) == []
+    near = wide.model_copy(update={"tank": wide.tank.model_copy(update={"min": (-0.26, -0.6)})})
+    [line] = narrow(near, load(near), None)
+    assert "narrower than 4 spacings (0.1 m)" in line and "a spacing of 0.01" in line
