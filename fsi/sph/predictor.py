@@ -91,8 +91,13 @@ def make_predictor(
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        share = slope(closeness(r2, k.inverse_support)) * r2
-        return laplacian, density, spread, force, linked, plus(solid, share) if ordered else solid + share
+        return laplacian, density, spread, force, linked, solid + slope(closeness(r2, k.inverse_support)) * r2
+
+    def wall_pair_in_order(sums, mine, j, flow, k):
+        (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        return laplacian, density, spread, force, linked, plus(solid, slope(closeness(r2, k.inverse_support)) * r2)
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -135,7 +140,11 @@ def make_predictor(
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
+    passes = (
+        ((ALL, pair),)
+        + ((WALLS, wall_pair_in_order if ordered else wall_pair),) * surface
+        + ((FLUID, fluid_pair),) * (artificial or free_slip)
+    )
     return over_pairs(
         "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface, ordered),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),

@@ -51,7 +51,7 @@ def make_guard(dim: int, counted: bool = False):
             close -= apart[d] * apart[d] * k.guard_reach2
         return close
 
-    @helper(dim, counted)
+    @helper(dim)
     def crowding(x, way, walls, owner, last, k, time, gradient, apart):
         """phi of the walls of owners up to the `last` after a part of the way, and the sum of the sizes of its gradient's
         parts; the gradient into `gradient`."""
@@ -60,16 +60,26 @@ def make_guard(dim: int, counted: bool = False):
         for n in range(near, far):
             b = lst[n] - first
             close = closeness_to(b, x, way, walls, k, time, apart)
-            if counted and close > 0.0 and owner[b] <= last:  # a sum whose last bits do not depend on those farther off
-                phi = plus(phi, close * close)
-                parts = plus(parts, 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close)))
-                for d in range(DIM):
-                    gradient[d] = plus(gradient[d], -4.0 * k.guard_reach2 * close * apart[d])
-            elif close > 0.0 and owner[b] <= last:
+            if close > 0.0 and owner[b] <= last:
                 phi += close * close
                 parts += 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close))  # as r / R = sqrt(1 - close)
                 for d in range(DIM):
                     gradient[d] -= 4.0 * k.guard_reach2 * close * apart[d]
+        return phi, parts
+
+    @helper(dim)
+    def crowding_in_order(x, way, walls, owner, last, k, time, gradient, apart):
+        """The same, in sums whose last bits do not depend on wall particles out of reach."""
+        phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
+        gradient[:] = 0.0
+        for n in range(near, far):
+            b = lst[n] - first
+            close = closeness_to(b, x, way, walls, k, time, apart)
+            if close > 0.0 and owner[b] <= last:
+                phi = plus(phi, close * close)
+                parts = plus(parts, 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close)))
+                for d in range(DIM):
+                    gradient[d] = plus(gradient[d], -4.0 * k.guard_reach2 * close * apart[d])
         return phi, parts
 
     @helper(dim, counted)
@@ -111,7 +121,7 @@ def make_guard(dim: int, counted: bool = False):
                 moment = sign * (x[a] - centre[o, a]) * impulse
                 taken[o, 3 + 3 - axis - axis_a] += np.int64(np.rint(moment * per_moment))
 
-    add = count_moment if counted else take_moment
+    add, crowd = (count_moment, crowding_in_order) if counted else (take_moment, crowding)
 
     @helper(dim)
     def longest(x, way, walls, k, dt):
@@ -132,7 +142,7 @@ def make_guard(dim: int, counted: bool = False):
         whether it moved, and whether walls on both sides left no way out."""
         moved = False
         for _ in range(ROUNDS):
-            phi, parts = crowding(x, way, walls, account[0], last, k, time, gradient, apart)
+            phi, parts = crowd(x, way, walls, account[0], last, k, time, gradient, apart)
             if phi <= allowed:
                 break
             slope2 = 0.0
@@ -153,7 +163,7 @@ def make_guard(dim: int, counted: bool = False):
         done, gradient, apart, start = small(DIM), small(DIM), small(DIM), small(DIM)
         done[:], start[:] = 0.0, 0.0
         every, ground = account[1].shape[0], 0  # the last owner whose walls count
-        allowed = max(k.guard_level, crowding(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
+        allowed = max(k.guard_level, crowd(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
         pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
@@ -162,7 +172,7 @@ def make_guard(dim: int, counted: bool = False):
             time = dt * p / pieces
             moved, squeezed = hold(x, done, walls, account, every, allowed, k, time, gradient, apart)
             if squeezed:
-                inside = max(k.guard_level, crowding(x, start, walls, account[0], ground, k, 0.0, gradient, apart)[0])
+                inside = max(k.guard_level, crowd(x, start, walls, account[0], ground, k, 0.0, gradient, apart)[0])
                 hold(x, done, walls, account, ground, inside, k, time, gradient, apart)
             bent = bent or moved
         if bent:
