@@ -8,6 +8,7 @@ import numpy as np
 
 from bodies.shapes.primitives import Box, Capsule, Cylinder, Disc, Placed
 from fsi.scene.model import Scene
+from fsi.scene.region import contains
 
 MOST = 2_000_000  # cells that are looked at
 CONVEX = (Box, Capsule, Cylinder, Disc)
@@ -75,10 +76,11 @@ def held(solids: Sequence[Placed], scene: Scene) -> Held | None:
 def _wet(points: np.ndarray, scene: Scene) -> np.ndarray:
     """Which of the points (n, dim) are in fluid at the start, the solids apart."""
     blocks = [block for liquid in scene.all_liquids for block in liquid.blocks]
-    boxes = [(block.min, block.max) for block in blocks]
+    wet = [contains(block, points, scene.spacing) for block in blocks]
     if not scene.fluid.blocks:
-        boxes.append((scene.tank.min, (*scene.tank.max[:-1], scene.fluid.still_water_level)))
-    return np.any([np.all((points > low) & (points < high), axis=1) for low, high in boxes], axis=0)
+        top = (*scene.tank.max[:-1], scene.fluid.still_water_level)
+        wet.append(np.all((points > scene.tank.min) & (points < top), axis=1))
+    return np.any(wet, axis=0)
 
 
 def _spread(seeds: np.ndarray, way: np.ndarray) -> np.ndarray:

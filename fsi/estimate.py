@@ -27,6 +27,7 @@ from fsi.scene.model import Scene
 STEP, SWEEP = {2: 200.0, 3: 570.0}, {2: 29.0, 3: 81.0}
 VARIED, VISCOUS_SWEEP = {2: 120.0, 3: 230.0}, {2: 43.0, 3: 108.0}
 BYTES = {2: 215, 3: 330}
+ITERATIONS = 20  # of implicit ISPH in a step, at its default tolerance and step
 DENSITIES = 1.15  # time of sweeps between liquids of unequal density
 DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps over single
 BODIES = 1.1  # time of a step with bodies over one without
@@ -113,6 +114,8 @@ def _nanoseconds(scene: Scene, depth: float, time_step: float) -> float:
     """Of a step for each particle, at h = 1.5 dr and in single precision."""
     dim, numerics = scene.dimension, scene.numerics
     sweeps = numerics.sweeps
+    if numerics.solver == "iisph":
+        sweeps = 2 * ITERATIONS
     if numerics.solver == "converged":  # the last step's pressure is a good start: half the way down to the tolerance
         sweeps = sweeps_to(math.sqrt(numerics.pressure_tolerance), scene, depth)
     time = STEP[dim] + SWEEP[dim] * sweeps

@@ -18,6 +18,7 @@ from fsi.scene.geometry import wave_depth
 from fsi.scene.model import Scene
 from fsi.waves import wavenumber
 
+PRESSURE_MEAN = 0.01  # s over which the largest pressure is a mean, at least; of three samples or more
 STUDENT_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)  # two-sided, 1, 2, ... degrees of freedom
 
 
@@ -107,6 +108,7 @@ def figures(data, scene: Scene, *, start: float | None = None, device_width: flo
         *_joints(part, scene, period),
         *_power(part, scene, period, width),
         *_bodies(part),
+        *_answers(part, scene, period),
         *_gauges(part, scene, period),
         *_probes(part),
         *coast_figures(part, scene, period, is_regular(scene), settled),
@@ -184,6 +186,45 @@ def _bodies(part) -> Iterator[Figure]:
             yield Figure(f"{kind}_1pct", level, units, f"fluid {kind} exceeded 1 % of the time", "body", name)
 
 
+def _answers(part, scene: Scene, period: float | None) -> Iterator[Figure]:
+    """Of bodies that move in a regular wave: how fast they drift, at which period they then meet the waves, and at that
+    the amplitudes of surge, heave and pitch over the wave's."""
+    if not _incident(part, scene, period) or "body_quaternion" not in part or part.sizes["time"] < 8:
+        return
+    t, omega = part.time.values, 2 * math.pi / period
+    k = wavenumber(omega, wave_depth(scene), scene.gravity)
+    amplitude = abs(_incident(part, scene, period))
+    for name in map(str, part.body.values):
+        place = part.body_position.sel(body=name)
+        motions = {"surge": place.sel(axis="x").values, "heave": place.sel(axis="z").values}
+        motions["pitch"] = pitch(part.body_quaternion.sel(body=name).values)
+        if max(np.ptp(values) for values in motions.values()) < 1e-9:
+            continue
+        met = omega
+        for _ in range(3):  # the drift turns the encounter, and the encounter is fitted beside the drift
+            drift = steady(t, motions["surge"], met)[0]
+            met = max(omega - k * drift, 0.1 * omega)
+        yield Figure("drift", drift, "m/s", "mean surge velocity", "body", name)
+        yield Figure("encounter_period", 2 * math.pi / met, "s", "period at which it meets the waves", "body", name)
+        for motion, values in motions.items():
+            units = "rad/m" if motion == "pitch" else "m/m"
+            response = steady(t, values, met)[1] / amplitude
+            yield Figure(f"{motion}_rao", response, units, f"{motion} over wave amplitude", "body", name)
+
+
+def steady(t: np.ndarray, values: np.ndarray, omega: float) -> tuple[float, float]:
+    """Rate and amplitude of the least-squares fit of a line and a harmonic of omega [rad/s] to values (n,)."""
+    columns = np.stack([np.ones_like(t), t - t[0], np.cos(omega * t), np.sin(omega * t)], 1)
+    _, rate, cosine, sine = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return float(rate), math.hypot(cosine, sine)
+
+
+def pitch(quaternion: np.ndarray) -> np.ndarray:
+    """Pitch (n,) [rad] from unit quaternions (n, 4) wxyz: how far the body's vertical leans towards +x."""
+    w, x, y, z = quaternion.T
+    return np.unwrap(np.arctan2(2 * (x * z + w * y), 1 - 2 * (x**2 + y**2)))
+
+
 def _gauges(part, scene: Scene, period: float | None) -> Iterator[Figure]:
     regular = is_regular(scene)
     for name in map(str, part.gauge.values) if "gauge" in part.dims else ():
@@ -198,8 +239,24 @@ def _gauges(part, scene: Scene, period: float | None) -> Iterator[Figure]:
 
 def _probes(part) -> Iterator[Figure]:
     for name in map(str, part.probe.values) if "probe" in part.dims else ():
-        value = float(part.pressure.sel(probe=name).values.max())
-        yield Figure("pressure_max", value, "Pa", "largest pressure", "probe", name)
+        value = part.pressure.sel(probe=name).values
+        over, mean = running_mean(part.time.values, value, PRESSURE_MEAN)
+        title = f"largest mean pressure over {1000 * over:.3g} ms"
+        yield Figure("pressure_max", float(mean.max()), "Pa", title, "probe", name)
+        yield Figure("pressure_peak", float(value.max()), "Pa", "largest sample of the pressure", "probe", name)
+
+
+def running_mean(t: np.ndarray, values: np.ndarray, over: float) -> tuple[float, np.ndarray]:
+    """Means of values (n,) at times t (n,) over spans of so many seconds, or of three samples where that is longer; the length
+    of the spans [s] and the means of those that lie within the record, of all of it where it is shorter."""
+    if len(t) < 2:
+        return 0.0, values
+    over = max(over, 2 * float(np.median(np.diff(t))))
+    total = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (values[1:] + values[:-1]))])
+    ends = t[t >= t[0] + over * (1 - 1e-9)]
+    if len(ends) == 0:
+        return float(t[-1] - t[0]), np.array([total[-1] / (t[-1] - t[0])])
+    return over, (np.interp(ends, t, total) - np.interp(ends - over, t, total)) / over
 
 
 def _batches(part, period: float | None) -> int:

@@ -25,4 +25,16 @@ def measured(folder: Path, scene: Scene, measure: Measure, routine: str | None =
     measured_for = Figure(
         "measured_seconds", wave_figures.measured_seconds(data, scene, measure.start), "s", "measured time"
     )
-    return [*found, measured_for, lost, cost]
+    return [*found, measured_for, lost, cost, *(_implicit(facts) if scene.numerics.solver == "iisph" else ())]
+
+
+def _implicit(facts: dict) -> list[Figure]:
+    """What a run with the solver `iisph` cost, from its manifest: its parameters trade these for one another."""
+    steps, phases, sweeps = facts["steps"], facts["phases"], facts["audit"]["pressure_sweeps"]
+    return [
+        Figure("pressure_iterations", sweeps / 2 / max(steps, 1), "1", "pressure iterations in a step"),
+        Figure("time_step_mean", facts["simulated_seconds"] / max(steps, 1), "s", "time step"),
+        Figure("pressure_seconds", phases.get("pressure", 0.0), "s", "wall time of the pressure"),
+        Figure("search_seconds", phases.get("neighbours", 0.0), "s", "wall time of sorting and search"),
+        Figure("memory_mb", facts["memory_bytes"] / 1e6, "MB", "memory of the particle arrays"),
+    ]

@@ -13,6 +13,7 @@ from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_boundary
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
 from fsi.sph import columns, walls
@@ -37,7 +38,7 @@ class BoundaryParticles:
         self.team, self.dim, self.lanes, self.k, self._grid = team, scene.dimension, width(dtype), k, grid
         self._reductions = reductions
         self._density, self._drag, dim = scene.fluid.density, drag, self.dim
-        self.sort = CellSort(grid, team)
+        self.sort = make_sort(grid, team)
         self.near = Neighbours(self.lanes, dim, scene.spacing, 2 * scene.smoothing_length, team)
         self.first = self.count = 0
         self.order = np.empty(0, np.int32)
@@ -174,11 +175,12 @@ class BoundaryParticles:
         """Force (2, count, dim) of the pressures in a column of `rows`, and of viscosity, on each boundary particle, fixed ones
         among them; 0 on those that are counted elsewhere [N]."""
         force = np.zeros((2, self.count, self.dim))
-        self.press(rows, rows, column=column, columns=1, least=0)
-        force[0] = self._force[0, : self.count]
-        if self._drag:
-            self.drag(flow, least=0)
-            force[1] = self._force[0, : self.count]
+        if self.count or self._reductions.ordered:
+            self.press(rows, rows, column=column, columns=1, least=0)
+            force[0] = self._force[0, : self.count]
+            if self._drag:
+                self.drag(flow, least=0)
+                force[1] = self._force[0, : self.count]
         force[:, ~self.held] = 0.0
         return force
 

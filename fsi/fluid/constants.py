@@ -7,9 +7,12 @@ import math
 import numpy as np
 
 from fsi.fluid.chebyshev import SOUND, iteration
+from fsi.scene.geometry import mean_spacing, stretch
 from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
 from fsi.sph.columns import Constants
+
+HEAD = 4.0  # spacings of water, up to whose pressure the rows under the surface count more than once
 
 
 def density_relaxation(scene: Scene, depth: float) -> float:
@@ -22,9 +25,9 @@ def density_relaxation(scene: Scene, depth: float) -> float:
 def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
     """The scalars of the sweeps for a scene whose fluid is `depth` metres high."""
     dim, dr, h, rho = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density
-    volume = dr**dim
+    volume = dr**dim * stretch(scene)
     mass = rho * volume
-    lattice = kernel.lattice(dr, h, dim)
+    lattice = kernel.lattice(mean_spacing(scene), h, dim)
     slope = float(kernel.gradient_factor(0.0, h, dim))
     numerics = scene.numerics
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
@@ -43,8 +46,11 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         filled1=lattice.rows.filled[0],
         filled2=lattice.rows.filled[1],
         filled3=lattice.rows.filled[2],
+        filled4=lattice.rows.filled[3],
         excess1=lattice.rows.excess[0],
         excess2=lattice.rows.excess[1],
+        excess3=lattice.rows.excess[2],
+        shallow=HEAD * rho * scene.gravity * dr if scene.gravity > 0 else 1e30,
         relaxation=density_relaxation(scene, depth),
         suction=1.0,
         density=rho,

@@ -22,11 +22,12 @@ from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
-from fsi.particles.cells import CellSort, Grid, whole
+from fsi.particles.cells import Grid, whole
 from fsi.particles.ghosts import make_halo
 from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_fluid
+from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState, ParticleState
 from fsi.protocols import Halo
 from fsi.scene.model import Scene
@@ -47,8 +48,8 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain, of all processes. `k`, `dt`: scalars of the scheme and time step [s],
-    of this step.
+    `lost` counts the particles that have left the domain, of all processes, `left` those that did by an open side of the tank.
+    `k`, `dt`: scalars of the scheme and time step [s], of this step.
     """
 
     SEEN = ParticleState.NAMES  # what `seen` gives besides the fields
@@ -59,7 +60,7 @@ class Fluid:
         self.scene, self.team, self.dim, self.depth = scene, team, scene.dimension, layout.depth
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = width(self.dtype)
-        self.k = sweep_constants(scene, layout.depth, self.dtype)
+        self.k = self._scalars(layout)
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
@@ -71,8 +72,11 @@ class Fluid:
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         self.halo, self.reductions = halo or make_halo(scene), reductions
         support = 2 * scene.smoothing_length
-        self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support)
-        self.sort = CellSort(self.grid, team)
+        count = len(layout.position) + len(layout.owner)
+        self.grid = Grid.over(
+            layout.domain_min, layout.domain_max, scene.spacing, support, math.inf if reductions.ordered else count
+        )
+        self.sort = make_sort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.loads = None
@@ -81,12 +85,17 @@ class Fluid:
 
             self.loads = FixedLoads(scene, layout.loads, self.owners)
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
+        self.left = np.zeros(len(scene.tank.open), int)  # particles that left by each open side, which are not lost
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
-        self._compose()
+        self._compose(layout)
         self._rows, self._kept, self._last = 0, slice(None), None
         self._weighed = False  # whether `field` holds pressures times how often they count
 
-    def _compose(self) -> None:
+    def _scalars(self, layout: Layout):
+        """The scalars of the scheme, for `k`."""
+        return sweep_constants(self.scene, layout.depth, self.dtype)
+
+    def _compose(self, layout: Layout) -> None:
         """Make the parts that depend on what the scene has, and compile what it needs."""
         L, D, scene = self.lanes, self.dim, self.scene
         laminar, implicit = viscid(scene), TimeStep(scene, self.depth).implicit
@@ -148,14 +157,22 @@ class Fluid:
         self.solids.arrange(self.placed, scratch, self.halo.nearby(self.placed))
 
     def _lose(self, which: np.ndarray) -> None:
-        """Note the particles (m,) that are outside the domain and are dropped."""
+        """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
         gone = self.reductions.together(self.label[which], r, self.position[which], self.velocity[which])
         if self.reductions.ordered:
             gone = tuple(values[np.argsort(gone[0])] for values in gone)
         _, r, position, velocity = gone
-        self.lost += len(position)
-        self.last_seen = position[0].copy()
+        lost = np.ones(len(position), bool)
+        for n, side in enumerate(self.scene.tank.open):
+            axis = self.scene.tank.axes.index(side[0])
+            x, low, high = position[:, axis], self.grid.domain_min[axis], self.grid.domain_max[axis]
+            by = lost & (x < low if side[1] == "-" else x > high)
+            self.left[n] += int(by.sum())
+            lost &= ~by
+        self.lost += int(lost.sum())
+        if lost.any():
+            self.last_seen = position[lost.argmax()].copy()
         self.gone += np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
 
     def _pack(self) -> np.ndarray:
@@ -361,6 +378,7 @@ class Fluid:
             "acceleration": self._acceleration.copy(),
             "suction": float(self.k.suction),
             "lost": int(self.lost),
+            "left": self.left.copy(),
             "last_seen": None if self.last_seen is None else self.last_seen.copy(),
             "gone": self.gone.copy(),
             "residual": float(self.residual()),
@@ -382,7 +400,7 @@ class Fluid:
         self.sort.inside, self.solids.count = -1, 0  # the cells and places are those of another step
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
-        self.lost, seen = int(state["lost"]), state["last_seen"]
+        self.lost, seen, self.left = int(state["lost"]), state["last_seen"], np.array(state["left"])
         self.last_seen, self.gone = None if seen is None else np.array(seen), np.array(state["gone"])
         fields = {name: np.array(values) for name, values in state["fields"].items()}
         self._last = {"residual": float(state["residual"]), "fields": fields}

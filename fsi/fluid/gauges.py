@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from fsi.compute.jit import exact
+from fsi.scene.geometry import mean_spacing
 from fsi.sph.kernel import value
 from fsi.sph.terms import kernel
 
@@ -136,11 +137,11 @@ class Surface:
         )[:-1]
 
     def __call__(self, point) -> float:
-        fluid, scene, solids, h = self._fluid, self._fluid.scene, self._fluid.solids, self._fluid.scene.smoothing_length
+        fluid, scene, solids, h = self._fluid, self._fluid.scene, self._fluid.solids, self._fluid.scene.reading_length
         (position,) = fluid.reductions.around(np.asarray(point, float), 4 * h, fluid.position)
         if position is not fluid.position:  # of several processes
             solid = fluid.boundary_around(point, 4.05 * h)
-            return elevation(position, point, scene.spacing, h, solid, period=self._length)
+            return elevation(position, point, mean_spacing(scene), h, solid, period=self._length)
         solid = solids.position[: solids.count] if solids.count else fluid.boundary
         repeats = self._length.any()
 
@@ -148,7 +149,7 @@ class Surface:
             wet = _all(fluid.position) if repeats else _around(fluid.sort, len(fluid.position), place)
             return wet, _around(solids.sort, len(solid), place)
 
-        return elevation(fluid.position, point, scene.spacing, h, solid, period=self._length, spans=spans)
+        return elevation(fluid.position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
 
 
 def row_reading(position, point, spacing: float, surface: float) -> float:
@@ -173,7 +174,7 @@ def dry_gauges(scene, position, boundary) -> list[str]:
     dry = [
         name
         for name, foot in feet.items()
-        if math.isnan(elevation(position, foot, scene.spacing, scene.smoothing_length, boundary))
+        if math.isnan(elevation(position, foot, scene.spacing, scene.reading_length, boundary))
     ]
     if not dry:
         return []
@@ -183,13 +184,15 @@ def dry_gauges(scene, position, boundary) -> list[str]:
 def _around(sort, count: int, place: np.ndarray) -> np.ndarray:
     """Spans (m, 2) of the sorted particles in the cells around a vertical; of all where they are not sorted."""
     grid = sort.grid
-    if sort.start.size == 0 or sort.inside != count:
+    if len(sort.start) == 0 or sort.inside != count:
         return np.array([[0, count]])
     axes = len(place)
     side, shape = np.resize(grid.cell, 2)[:axes], np.array(grid.shape[:axes])
     reach = (grid.domain_min - grid.lower)[:axes] + side  # the pad is the kernel's support or more
     first = np.clip(((place - reach - grid.lower[:axes]) / side).astype(int), 0, shape - 1)
     last = np.clip(((place + reach - grid.lower[:axes]) / side).astype(int), 0, shape - 1)
+    if grid.compact:
+        return sort.around(first, last)
     if axes == 1:
         pencils = np.arange(grid.shape[1]) * shape[0]
     else:

@@ -2,7 +2,7 @@
 
 The laws are those of `fsi.scene.rheology`, of the shear rate s = sqrt(2 S : S); Cross's with K = mu_0 / tau tends to a Bingham
 plastic of yield stress tau as mu_0 grows (Shao & Lo 2003). Smagorinsky (1963): the eddies that the spacing dr does not
-resolve add rho (C_s dr)^2 s.
+resolve add rho (C_s dr)^2 s, with a C_s of the scene or one that the flow gives (`fsi.fluid.eddies`).
 
 Implicit viscosity solves u = u* + dt A(u), A the viscous acceleration, by Chebyshev's sweeps (`fsi.fluid.chebyshev`). Every
 sweep is a sum of pair forces that cancel, so momentum is kept whatever the tolerance.
@@ -130,14 +130,19 @@ class Rheology(Remembers):
         self.implicit, self.shears = implicit, shears(scene)
         self.no_slip = scene.numerics.wall_slip == "no_slip"
         self.columns = 8 if dim == 3 else 6
-        eddy = (scene.numerics.smagorinsky * scene.spacing) ** 2 if scene.numerics.turbulence != "none" else 0.0
+        eddy = (scene.numerics.smagorinsky * scene.spacing) ** 2 if scene.numerics.turbulence == "smagorinsky" else 0.0
+        self.dynamic = None
+        if scene.numerics.turbulence == "dynamic":
+            from fsi.fluid.eddies import DynamicEddies
+
+            self.dynamic = DynamicEddies(scene, lanes, dtype, team)
         self.laws = np.array([(liquid.density * eddy, *law(liquid)) for liquid in scene.all_liquids])
         self._buoyant = np.array([buoyant_density(scene, q) for q in range(len(scene.all_liquids))])
         self.eddy, self.decay = eddy, decay_rate(scene)
         self.rate = np.empty(0, dtype)
         self.sweeps = 1
         dense = len({liquid.density for liquid in scene.all_liquids}) > 1
-        self._shear = viscosity.make_shear(lanes, dim, self.no_slip) if self.shears else None
+        self._shear = viscosity.make_shear(lanes, dim, self.no_slip, self.dynamic is not None) if self.shears else None
         self._viscosity = viscosity.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
         self._mirror = viscosity.make_mirror(lanes, dim) if implicit and self.no_slip else None
         self._push = viscosity.make_push(lanes, dim, dense) if implicit else None
@@ -151,7 +156,10 @@ class Rheology(Remembers):
         if self.shears:
             self.rate = np.empty(n, self.dtype)
             confined = self._confinement(flow[:n], kind)
-            self.team.run(self._shear, near.bounds, near.groups, flow, kind, confined, self.laws, self.rate, k)
+            strains = self.dynamic.reserve(len(flow)) if self.dynamic else self._nothing
+            self.team.run(self._shear, near.bounds, near.groups, flow, kind, confined, self.laws, self.rate, strains, k)
+            if self.dynamic:
+                self.dynamic.add(near, flow, kind, k, halo)
         else:
             flow[:n, MU] = self.laws[kind, 1]
         halo.refresh(flow, slice(MU, MU + 1))
@@ -223,6 +231,8 @@ class Rheology(Remembers):
         fields = {"viscosity": flow[:n, 2 * self.scene.dimension]}
         if self.eddy:
             fields["eddy_viscosity"] = self.eddy * self.rate
+        if self.dynamic:
+            fields["eddy_viscosity"] = self.dynamic.viscosity(self.rate)
         return fields
 
     def state(self) -> dict:
@@ -234,4 +244,4 @@ class Rheology(Remembers):
 
     @property
     def nbytes(self) -> int:
-        return self._twin.nbytes + self.rate.nbytes
+        return self._twin.nbytes + self.rate.nbytes + (self.dynamic.nbytes if self.dynamic else 0)

@@ -2,7 +2,8 @@
 
 The pressure travels at c = 0.378 h sqrt(gain) / dt (`fsi.fluid.chebyshev`), so dt sets the numerical Mach number; besides, no
 particle may move or accelerate through a good part of its support in a step, and the explicit viscous term has its own
-limit (Morris et al. 1997, eq. 19-21).
+limit (Morris et al. 1997, eq. 19-21). Implicit ISPH takes steps of a share of the time in which a particle falls through its
+support, or by the speed (Ihmsen et al. 2014).
 """
 
 from __future__ import annotations
@@ -49,6 +50,12 @@ class TimeStep(Remembers):
 
     def _others(self, speed: float, acceleration: float) -> dict[str, float]:
         numerics, h = self.scene.numerics, self.scene.smoothing_length
+        if numerics.solver == "iisph":
+            return {
+                "lambda_max": numerics.lambda_max * math.sqrt(_over(2 * h, self.scene.gravity)),
+                "speed": _over(numerics.courant * h, speed),
+                "max_time_step": numerics.max_time_step or math.inf,
+            }
         return {
             "sound": sound_step(self.scene, self.depth),
             "speed": _over(numerics.courant * h, speed),

@@ -7,15 +7,17 @@ support on all sides, so a search never leaves it. Particles outside the domain,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from fsi.compute.jit import exact
-from fsi.compute.lanes import claim
+from fsi.compute.jit import exact, helper
+from fsi.compute.lanes import at, claim
 from fsi.compute.team import Team, chunk_bounds
 
 ACROSS = 1.75
+FEW_CELLS, EMPTY = 250_000, 16  # cells, and cells a particle, up to which all are kept
 PIECE = 32768  # cells whose counts one thread adds up at a time
 
 
@@ -23,13 +25,14 @@ PIECE = 32768  # cells whose counts one thread adds up at a time
 class Grid:
     """lower (dim,): corner of the padded grid, the origin of all single-precision positions; domain_min, domain_max
     (dim,): the box particles may be in; cell (2,): cell length along x and across; shape (3,): cells per axis, x first,
-    with 1 for the missing axis in two dimensions."""
+    with 1 for the missing axis in two dimensions; compact: keep only the cells that hold particles."""
 
     lower: np.ndarray
     domain_min: np.ndarray
     domain_max: np.ndarray
     cell: np.ndarray
     shape: tuple[int, int, int]
+    compact: bool = False
 
     @property
     def cells(self) -> int:
@@ -45,13 +48,34 @@ class Grid:
         return inside[np.argsort(key, kind="stable")]
 
     @classmethod
-    def over(cls, domain_min, domain_max, spacing: float, support: float) -> Grid:
+    def over(cls, domain_min, domain_max, spacing: float, support: float, particles: float = math.inf) -> Grid:
+        """The grid over a domain, compact where it is large for so many particles."""
         low, high = np.asarray(domain_min, float), np.asarray(domain_max, float)
         sides = spacing * np.array([1.0] + [ACROSS] * (len(low) - 1))
         pad = (np.ceil(support / sides) + 1) * sides
         count = ((high - low + 2 * pad) / sides).astype(int) + 2
         shape = (int(count[0]), int(count[1]), int(count[2]) if len(low) == 3 else 1)
-        return cls(low - pad, low, high, np.array([spacing, ACROSS * spacing]), shape)
+        compact = math.prod(shape) > max(FEW_CELLS, EMPTY * particles)
+        return cls(low - pad, low, high, np.array([spacing, ACROSS * spacing]), shape, compact)
+
+
+@helper()
+def between(start, shape, ky, kz, x0, x1):
+    """First and end of the particles in the cells x0 to x1 of a pencil."""
+    pencil = (kz * shape[1] + ky) * shape[0]
+    return at(start, pencil + x0), at(start, pencil + x1 + 1)
+
+
+@helper()
+def pencil_of(start, shape, place):
+    """The pencil that holds the particle at this place of the order."""
+    return np.searchsorted(start[:: shape[0]], place, side="right") - 1
+
+
+@helper()
+def pencil_end(start, shape, pencil):
+    """The end of a pencil in the order."""
+    return at(start, (pencil + 1) * shape[0])
 
 
 @exact

@@ -52,6 +52,16 @@ def joined(surfaces: Sequence[Surface], spacing: float) -> list[np.ndarray]:
     return keep
 
 
+def unburied(surfaces: Sequence[Surface], depth: float) -> list[np.ndarray]:
+    """Which particles (n,) of each surface to keep where they count by weights, which make up for those that stand close
+    together: all that fluid may feel, no deeper than `depth` [m] in another solid. Edges between solids stay closed."""
+    keep = [np.ones(len(s.points), bool) for s in surfaces]
+    for one, other in permutations(range(len(surfaces)), 2):
+        if len(surfaces[one].points):
+            keep[one] &= surfaces[other].clearance(surfaces[one].points) > -depth
+    return keep
+
+
 def _in_reach(one: Surface, other: Surface, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the particles of one solid that lie inside another, or closer to it than half a spacing, and which of them
     lie inside."""

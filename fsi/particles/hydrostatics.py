@@ -18,7 +18,7 @@ PASSAGE = 0.5  # clearance [spacing] from which on no solid stands between a cel
 
 @dataclass(frozen=True)
 class Cells:
-    """Fluid on a lattice from `origin` (dim,) on with this spacing [m].
+    """Fluid on a lattice from `origin` (dim,) on with this spacing (dim,) [m].
 
     position (n, dim); density (n,) [kg/m3]; top (n,): height at which the block of each ends; clearance (n,) from `solids`."""
 
@@ -28,12 +28,12 @@ class Cells:
     clearance: np.ndarray
     solids: list[Solid]
     origin: np.ndarray
-    spacing: float
+    spacing: np.ndarray
 
 
 def pressure(cells: Cells, gravity: float) -> tuple[np.ndarray, np.ndarray]:
     """Hydrostatic pressure (n,) [Pa], and the number (n,) of the sealed pocket of each, 0 for all other water."""
-    z, dr, density = cells.position[:, -1], cells.spacing, cells.density
+    z, dr, density = cells.position[:, -1], cells.spacing[-1], cells.density
     *sideways, above = _neighbours(cells)
     head = _heads(above)  # the number of a column is that of its highest cell
     opened = z > cells.top - dr * (1 + 1e-6)  # of the columns, as all that follows but `weight`
@@ -60,6 +60,22 @@ def pressure(cells: Cells, gravity: float) -> tuple[np.ndarray, np.ndarray]:
     return found, pocket
 
 
+def nearest(cells: np.ndarray, points: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """The cell, of those at `cells` (m, dim), m > 0, that each of the points (n, dim) is in; one nearby where there is none."""
+    key, wanted = (np.floor((values - origin) / spacing + 1e-9).astype(np.int64) for values in (cells, points))
+    low, high = np.minimum(key.min(0), wanted.min(0)) - 1, np.maximum(key.max(0), wanted.max(0)) + 2
+    stride = np.cumprod([1, *(high - low)])[:-1]
+    order = np.argsort(numbers := (key - low) @ stride, kind="stable")
+    numbers, goal, found = numbers[order], (wanted - low) @ stride, np.full(len(points), -1)
+    steps = np.array(list(np.ndindex(*(3,) * len(stride)))) - 1
+    for step in steps[np.argsort((steps**2).sum(1), kind="stable")]:
+        at = np.minimum(np.searchsorted(numbers, goal + step @ stride), len(numbers) - 1)
+        found = np.where((found < 0) & (numbers[at] == goal + step @ stride), order[at], found)
+    for n in np.flatnonzero(found < 0):
+        found[n] = np.argmin(((cells - points[n]) ** 2).sum(1))
+    return found
+
+
 def _neighbours(cells: Cells) -> list[np.ndarray]:
     """Number (n,) of the next cell along each axis, -1 where there is none or a solid stands between."""
     index = np.round((cells.position - cells.origin) / cells.spacing - 0.5).astype(np.int64)
@@ -68,13 +84,13 @@ def _neighbours(cells: Cells) -> list[np.ndarray]:
     key = index @ stride
     order = np.argsort(key, kind="stable")
     ordered, found = key[order], []
-    near = cells.clearance < PASSAGE * cells.spacing
+    near = cells.clearance < PASSAGE * cells.spacing.max()
     for d, step in enumerate(stride):
         at = np.minimum(np.searchsorted(ordered, key + step), len(key) - 1)
         following = np.where(ordered[at] == key + step, order[at], -1)
         doubtful = np.flatnonzero((following >= 0) & (near | near[following]))
         middle = cells.position[doubtful]
-        middle[:, d] += 0.5 * cells.spacing
+        middle[:, d] += 0.5 * cells.spacing[d]
         for solid in cells.solids if len(doubtful) else ():
             following[doubtful[solid.clearance(middle) <= 0.0]] = -1
         found.append(following)
@@ -93,7 +109,7 @@ def _weights(cells: Cells, head: np.ndarray, first: np.ndarray) -> np.ndarray:
     """Mass per area (n,) [kg/m2] between the top of a column and the middle of a cell, `first` (n,) that over its head."""
     order = np.lexsort((-cells.position[:, -1], head))
     density, start = cells.density[order], head[order] == order
-    step = 0.5 * cells.spacing * (density + np.roll(density, 1))
+    step = 0.5 * cells.spacing[-1] * (density + np.roll(density, 1))
     total = np.cumsum(np.where(start, 0.0, step))
     begun = np.maximum.accumulate(np.where(start, np.arange(len(order)), 0))
     weight = np.empty(len(order))

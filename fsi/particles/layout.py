@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +9,17 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles import hydrostatics
-from fsi.particles.fixed import Surface, joined
+from fsi.particles.filling import Filling, along_the_slope, fillings, free, load, on_the_lattice, uneven
+from fsi.particles.fixed import Surface, joined, unburied
 from fsi.particles.ghosts import Periodic
 from fsi.particles.hydrostatics import Cells
 from fsi.particles.instruments import check_instruments
-from fsi.particles.tank import WHOLE, Sides, axis, lattice, wall_particles
+from fsi.particles.tank import Sides, axis, wall_particles
 from fsi.protocols import BodySet, Solid
-from fsi.scene.geometry import fluid_height, piston_retreat
-from fsi.scene.model import Scene
+from fsi.scene import region
+from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, piston_retreat, start
+from fsi.scene.model import Block, Scene
+from fsi.scene.region import shaped
 
 CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
 
@@ -99,86 +101,82 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
 
 
 def _fluid(scene: Scene, solids: list[Solid]):
-    """Blocks of fluid on one lattice anchored at the tank's corner, without what the solids displace, and without cells that
-    the tank's far walls cut."""
-    tank, spacing = scene.tank, scene.spacing
-    half = (0.5 - WHOLE) * spacing
-    room = [b - half if f"{n}+" in tank.walls else math.inf for n, b in zip(tank.axes, tank.max, strict=True)]
-    blocks = _blocks(scene)
-    positions, velocities, liquids, tops, free = [], [], [], [], []
-    for number, (low, high, velocity, liquid) in enumerate(blocks):
-        axes = [axis(a, min(b, r), o, spacing) for a, b, r, o in zip(low, high, room, tank.min, strict=True)]
-        points = lattice(axes)
-        for other_low, other_high, *_ in blocks[:number]:  # blocks may overlap: the first one holds the particle
-            inside = ((points > np.array(other_low)) & (points < np.array(other_high))).all(1)
-            points = points[~inside]
-        clear = np.full(len(points), math.inf)
-        for solid in solids:
-            clear = np.minimum(clear, gap := solid.clearance(points))
-            fits = gap > 1e-6 * spacing  # so that the volume is right on average
-            points, clear = points[fits], clear[fits]
-        positions.append(points)
-        velocities.append(np.tile(np.zeros(scene.dimension) if velocity is None else velocity, (len(points), 1)))
-        liquids.append(np.full(len(points), liquid, np.int8))
-        tops.append(np.full(len(points), high[-1]))
-        free.append(clear)
-    position, liquid, top, clear = (np.concatenate(parts) for parts in (positions, liquids, tops, free))
-    velocity = np.concatenate(velocities)
-    pressure, pocket = _pressure(scene, blocks, solids, position, liquid, top, clear)
-    kept, notes = np.ones(len(position), bool), ()
+    """Blocks of fluid on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`), or
+    along a slope, without what the solids displace, and without cells that the tank's far walls cut."""
+    blocks, spacing, notes = fillings(scene), scene.spacing, ()
+    parts, stand_ins, aligned = [], [], []
+    for number, (block, liquid) in enumerate(blocks):
+        slope = block.angle is not None
+        points = along_the_slope(scene, block) if slope else on_the_lattice(scene, block)
+        if shaped(block):
+            notes += tuple(uneven(scene, _key(scene, block), block, len(points)))
+        for kind, of in ((parts, points), (stand_ins, on_the_lattice(scene, block))) if slope else ((parts, points),):
+            of, clear = free(scene, blocks[:number], solids, of)
+            top = region.top(block, of, spacing) if shaped(block) else np.full(len(of), block.max[-1])
+            velocity = np.tile(np.zeros(scene.dimension) if block.velocity is None else block.velocity, (len(of), 1))
+            kind.append((of, velocity, np.full(len(of), liquid, np.int8), top, clear))
+        aligned.append(np.full(len(parts[-1][0]), slope))
+    position, velocity, liquid, top, clear = (np.concatenate(values) for values in zip(*parts, strict=True))
+    if not stand_ins:
+        pressure, pocket = _pressure(scene, blocks, solids, position, liquid, top, clear)
+    else:  # the hydrostatic pressure needs columns: those of the tank's lattice, which stand in for particles along a slope
+        aligned = np.concatenate(aligned)
+        own = (position[~aligned], velocity[~aligned], liquid[~aligned], top[~aligned], clear[~aligned])
+        cells = [np.concatenate(values) for values in zip(own, *stand_ins, strict=True)]
+        found = _pressure(scene, blocks, solids, cells[0], *cells[2:])
+        pressure, pocket = _off_cells(scene, blocks, cells, found, position, liquid)
+    kept = np.ones(len(position), bool)
     if pocket.any():  # a sealed gap of one or two rows is no pool: its water has no room to find its pressure
         clear = np.minimum(clear, Sides(scene, WALL).clearance(position))
         room = np.zeros(pocket.max() + 1)
         np.maximum.at(room, pocket, clear)
         kept = (pocket == 0) | (room[pocket] >= spacing)
         if lost := int((~kept).sum()):
-            notes = (f"fluid: {lost} particles in sealed gaps narrower than three spacings are left out",)
+            notes += (f"fluid: {lost} particles in sealed gaps narrower than three spacings are left out",)
     position, velocity, pressure, liquid = (values[kept] for values in (position, velocity, pressure, liquid))
     return position, velocity, pressure, liquid if scene.liquids else None, notes
 
 
-def _pressure(scene: Scene, blocks: list[tuple], solids: list[Solid], position, liquid, top, clear) -> tuple:
+def _key(scene: Scene, block: Block) -> str:
+    return next((key for key, other in all_blocks(scene).items() if other is block), "fluid")
+
+
+def _pressure(scene: Scene, blocks: list[Filling], solids: list[Solid], position, liquid, top, clear) -> tuple:
     """Pressure (n,) at t = 0 of the particles at `position` (n, dim), whose blocks end at the heights `top` (n,), `clear` (n,)
     from the solids, and the sealed pocket (n,) of each, 0 if none."""
     density = np.array([q.density for q in scene.all_liquids])
-    if len(position) == 0 or (len(blocks) == 1 and not solids):
+    if len(position) == 0 or (len(blocks) == 1 and not solids and not shaped(blocks[0][0])):
         found, pocket = scene.fluid.density * scene.gravity * (top - position[:, -1]), np.zeros(len(position), int)
-        return (np.zeros(len(position)) if scene.fluid.start == "zero" else found), pocket
+        return (np.zeros(len(position)) if start(scene) == "zero" else found), pocket
     origin = np.array(scene.tank.min)
-    cells = Cells(position, density[liquid], top, clear, solids, origin, scene.spacing)
+    cells = Cells(position, density[liquid], top, clear, solids, origin, np.array(cell(scene)))
     pressure, pocket = hydrostatics.pressure(cells, scene.gravity)
-    if scene.fluid.start == "zero":
+    if start(scene) == "zero":
         return np.zeros(len(position)), pocket
-    if scene.liquids:  # blocks that end between two rows of the lattice: their exact load, where no more is different
-        exact = scene.gravity * _load(position, blocks, density)
-        near = np.abs(pressure - exact) < density.max() * scene.gravity * scene.spacing
-        pressure = np.where(near, exact, pressure)
-    return pressure, pocket
+    return _exact_load(scene, blocks, position, pressure), pocket
 
 
-def _blocks(scene: Scene) -> list[tuple]:
-    """(low, high, velocity, number of the liquid) of all blocks; the other liquids' come first and hold their place."""
-    tank, fluid = scene.tank, scene.fluid
-    blocks = [(b.min, b.max, b.velocity, n) for n, q in enumerate(scene.all_liquids) for b in q.blocks if n]
-    whole = [(tank.min, (*tank.max[:-1], fluid.still_water_level), None, 0)]
-    return blocks + ([(b.min, b.max, b.velocity, 0) for b in fluid.blocks] or whole)
+def _exact_load(scene: Scene, blocks: list[Filling], position, pressure) -> np.ndarray:
+    """Pressure (n,) of several liquids, whose blocks end between two rows of the lattice: by their exact load, where no more is
+    different."""
+    if not scene.liquids:
+        return pressure
+    density = np.array([q.density for q in scene.all_liquids])
+    exact = scene.gravity * load(position, blocks, density, scene.spacing)
+    near = np.abs(pressure - exact) < density.max() * scene.gravity * scene.spacing
+    return np.where(near, exact, pressure)
 
 
-def _load(points: np.ndarray, blocks: list[tuple], density: np.ndarray) -> np.ndarray:
-    """Mass per area [kg/m2] of the fluid straight above points (n, dim)."""
-    total = np.zeros(len(points))
-
-    def column(low, high, weight: float) -> None:
-        under = ((points[:, :-1] > np.array(low[:-1])) & (points[:, :-1] < np.array(high[:-1]))).all(1)
-        total[under] += weight * np.maximum(0.0, high[-1] - np.maximum(points[under, -1], low[-1]))
-
-    for n, (low, high, _, liquid) in enumerate(blocks):
-        column(low, high, density[liquid])
-        for other_low, other_high, *_ in blocks[:n]:  # what an earlier block holds of this one
-            shared_low, shared_high = np.maximum(low, other_low), np.minimum(high, other_high)
-            if (shared_low < shared_high).all():
-                column(shared_low, shared_high, -density[liquid])
-    return total
+def _off_cells(scene: Scene, blocks: list[Filling], cells: list, found: tuple, position, liquid) -> tuple:
+    """Pressure and pocket (n,) of particles anywhere, from `found` for `cells` of the lattice (positions first): those of the
+    cell that each is in, and its own weight below the middle of that."""
+    density = np.array([q.density for q in scene.all_liquids])[liquid]
+    nearest = hydrostatics.nearest(cells[0], position, np.array(scene.tank.min), np.array(cell(scene)))
+    pressure, pocket = (values[nearest] for values in found)
+    if start(scene) == "zero":
+        return pressure, pocket
+    pressure = pressure + density * scene.gravity * (cells[0][nearest, -1] - position[:, -1])
+    return _exact_load(scene, blocks, position, np.maximum(pressure, 0.0)), pocket
 
 
 def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
@@ -191,7 +189,9 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
         walls = [(owners == owner, Sides(scene, owner).clearance) for owner in (WALL, PISTON)]
         ours = [Surface(points[mine], clearance) for mine, clearance in walls]
         grounds = [Surface(clouds[n], solids[n][1].clearance, getattr(solids[n][1], "foot", None)) for n in fixed]
-        first, *middle, last = joined([ours[0], *grounds, ours[1]], scene.spacing)
+        surfaces, support = [ours[0], *grounds, ours[1]], 2 * scene.smoothing_length
+        kept = unburied(surfaces, support) if scene.single_layer else joined(surfaces, scene.spacing)
+        first, *middle, last = kept
         keep = np.empty(len(points), bool)
         keep[walls[0][0]], keep[walls[1][0]] = first, last
         points, owners = points[keep], owners[keep]
@@ -223,11 +223,12 @@ def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray
 
 
 def _off_lattice(scene: Scene):
-    """Sides of the tank that are not a whole number of spacings long leave a gap at the far wall."""
-    spans = list(zip(scene.tank.axes, scene.tank.min, scene.tank.max, strict=True))
-    if not scene.fluid.blocks:
-        spans[-1] = ("z up to the still water level", scene.tank.min[-1], scene.fluid.still_water_level)
-    for name, low, high in spans:
-        count = (high - low) / scene.spacing
-        if abs(count - round(count)) > WHOLE and (name != "z"):
-            yield f"tank: {name}: {high - low:g} m is {count:.2f} spacings; the last {count % 1:.2f} stay without fluid"
+    """Lengths of fluid that are no whole number of cells, by what starts in their place."""
+    tank, sides = scene.tank, cell(scene)
+    whole = {"fluid": (tank.min, (*tank.max[:-1], scene.fluid.still_water_level))} if not scene.fluid.blocks else {}
+    boxes = whole | {key: (block.min, block.max) for key, block in all_blocks(scene).items() if not shaped(block)}
+    for key, (low, high) in boxes.items():
+        for name, a, b, origin, side in zip(tank.axes, low, np.minimum(high, tank.max), tank.min, sides, strict=True):
+            filled = len(axis(a, b, origin, side)) * side
+            if abs(filled - (b - a)) > WHOLE * side:
+                yield f"{key}: {name}: {b - a:g} m is {(b - a) / side:.2f} cells; it starts {filled:g} m long"

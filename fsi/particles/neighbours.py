@@ -17,7 +17,7 @@ import numpy as np
 
 from fsi.compute.compact import append, bits_below, consecutive, count_bits
 from fsi.compute.jit import compiled, helper
-from fsi.compute.lanes import at, claim, load, maximum, minimum, other
+from fsi.compute.lanes import claim, load, maximum, minimum, other
 from fsi.compute.team import Team, chunk_bounds
 from fsi.errors import RunError
 from fsi.particles.cells import CellSort
@@ -46,12 +46,17 @@ def _box(xs, s, e, d):
 
 
 @cache
-def make_search(lanes: int, dim: int):
-    """The compiled search for groups of this many lanes in this dimension."""
+def make_search(lanes: int, dim: int, compact: bool = False):
+    """The compiled search for groups of this many lanes in this dimension, in a grid or in compact cells."""
     solid = dim == 3
+    if compact:
+        from fsi.particles import compact_cells as cells
+    else:
+        from fsi.particles import cells
+    between, pencil_of, pencil_end = cells.between, cells.pencil_of, cells.pencil_end
     slack = slack_of(lanes)
 
-    @helper(lanes, dim)
+    @helper(lanes, dim, compact)
     def gather(xs, s, e, start, first_row, cell, shape, radius, rows, near, m, centre):
         """Append the particles closer than radius to the box of particles s to e: their rows, and their positions
         relative to the box's centre. Returns how many there are now, -1 if too many."""
@@ -77,9 +82,8 @@ def make_search(lanes: int, dim: int):
                 if reach2 <= 0:
                     continue
                 reach = np.sqrt(reach2)
-                pencil = (kz * shape[1] + ky) * shape[0]
-                a = first_row + at(start, pencil + int((x0 - reach) * along))
-                b = first_row + at(start, pencil + int((x1 + reach) * along) + 1)
+                a, b = between(start, shape, ky, kz, int((x0 - reach) * along), int((x1 + reach) * along))
+                a, b = first_row + a, first_row + b
                 for j in range(a, b, W):
                     X, Y = load(x, j, W) - cx, load(y, j, W) - cy
                     ex = maximum(0.0, maximum(X, X * -1.0) - hx)
@@ -131,7 +135,7 @@ def make_search(lanes: int, dim: int):
             k += count_bits(hits)
         return k
 
-    @compiled(lanes, dim)
+    @compiled(lanes, dim, compact)
     def search(
         counter, bounds, own_start, own_row, xs, starts, first_rows, pieces, cell, shape, radius, longest,
         group_offset, list_offset, group_count, group, span, lst, idle,
@@ -149,12 +153,12 @@ def make_search(lanes: int, dim: int):
                 break
             g, k, room = group_offset[c], list_offset[c], list_offset[c + 1] - slack
             s, end = own_row + bounds[c], own_row + bounds[c + 1]
-            pencil = np.searchsorted(own_start[:: shape[0]], bounds[c], side="right") - 1
+            pencil = pencil_of(own_start, shape, bounds[c])
             fault = 0
             while s < end and fault == 0:
-                while own_row + own_start[(pencil + 1) * shape[0]] <= s:
+                while own_row + pencil_end(own_start, shape, pencil) <= s:
                     pencil += 1
-                stop = min(end, own_row + own_start[(pencil + 1) * shape[0]], s + RUN)
+                stop = min(end, own_row + pencil_end(own_start, shape, pencil), s + RUN)
                 n, limit = s + 1, xs[0, s] + longest
                 while n < stop and xs[0, n] < limit:
                     n += 1
@@ -237,7 +241,7 @@ class Neighbours:
                 self._list = None  # before the new one is made
                 self._list = np.empty(int(SPARE_MEMORY * list_offset[-1]), np.int32)
             self.team.run(
-                make_search(self.lanes, self.dim), bounds, own.start, own_row, xs, starts, rows, len(others),
+                make_search(self.lanes, self.dim, grid.compact), bounds, own.start, own_row, xs, starts, rows, len(others),
                 grid.cell.astype(f32), grid.shape, self._radius, self._longest,
                 group_offset, list_offset, group_count, self._group, self._span, self._list, idle,
             )  # fmt: skip

@@ -8,10 +8,8 @@ import numpy as np
 
 from fsi.owners import PISTON, WALL
 from fsi.particles.ghosts import Periodic
-from fsi.scene.geometry import piston_retreat
+from fsi.scene.geometry import WHOLE, cell, piston_retreat
 from fsi.scene.model import Scene
-
-WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
 
 
 def axis(low: float, high: float, origin: float, spacing: float) -> np.ndarray:
@@ -31,24 +29,24 @@ def wall_particles(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
     The last axis takes the corners, and under a piston the other walls reach as far back as it does, so that they stay
     closed while it moves; along a periodic axis they reach as far as its ghosts."""
-    tank, spacing, dim = scene.tank, scene.spacing, scene.dimension
-    thick = scene.layers * spacing
+    tank, spacings, dim = scene.tank, cell(scene), scene.dimension
     names = tank.axes
-    back = math.ceil(piston_retreat(scene) / spacing) * spacing
-    around = math.ceil(Periodic(scene).width / spacing) * spacing
+    back = math.ceil(piston_retreat(scene) / spacings[0]) * spacings[0]
+    width = Periodic(scene).width
     points, owners = [], []
     for d in range(dim):
         for side in (-1, 1):
             if f"{names[d]}{'-' if side < 0 else '+'}" not in tank.walls or names[d] in tank.periodic:
                 continue
             axes = []
-            for e in range(dim):
-                low, high = tank.min[e], tank.max[e]
+            for e, spacing in enumerate(spacings):
+                low, high, thick = tank.min[e], tank.max[e], scene.layers * spacing
                 if e == d:
                     own = (low - thick, low, low) if side < 0 else (high, high + thick, high)
                     axes.append(axis(*own, spacing))
                     continue
                 if names[e] in tank.periodic:
+                    around = math.ceil(width / spacing) * spacing
                     low, high = low - around, high + around
                 elif e < d:
                     low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)

@@ -83,8 +83,12 @@ class Membership:
         processors = self.ranks.processors()
         return max(1, available_threads() // processors.count(processors[self.ranks.place]))
 
-    def parts(self, scene: Scene, layout: Layout) -> tuple[RankHalo, RankReductions]:
-        """Halo and reductions of the fluid of a scene (`fsi.fluid.fluid.Fluid`)."""
+    def parts(self, scene: Scene, layout: Layout) -> dict:
+        """`halo` and `reductions` of the fluid of a scene (`fsi.fluid.fluid.Fluid`). Raises SceneError where a scene cannot be
+        shared."""
+        if scene.numerics.solver == "iisph":
+            fix = "run it in one process, or take another solver"
+            raise SceneError("iisph does not run on several processes", key="numerics.solver", fix=fix)
         grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, 2 * scene.smoothing_length)
         decomposition = planned(scene, layout, self.ranks.size, self._shape)
         halo = RankHalo(scene, self.ranks, decomposition, grid)
@@ -92,7 +96,7 @@ class Membership:
         ends = zip(tank.axes, tank.min, tank.max, strict=True)
         periods = np.array([(high - low) * (axis in tank.periodic) for axis, low, high in ends])
         self.balancer = Balancer(scene, self.ranks, halo, near_fluid(layout, 2 * scene.smoothing_length))
-        return halo, RankReductions(self.ranks, halo, periods)
+        return {"halo": halo, "reductions": RankReductions(self.ranks, halo, periods)}
 
     def after_step(self, sim) -> None:
         """Renew the balance of the ranks where it is time for that."""

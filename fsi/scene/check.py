@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
+from fsi.scene.check_implicit import implicit_faults
 from fsi.scene.check_instruments import instrument_faults, points_of
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
 from fsi.scene.check_size import size_faults
@@ -21,9 +22,11 @@ def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
     checks = (
         _output,
+        implicit_faults,
         _positions,
         liquid_faults,
         _periodic,
+        _open,
         _field,
         _resolution,
         wave_faults,
@@ -47,6 +50,9 @@ def scene_warnings(scene: Scene) -> list[str]:
 def _dimensions(scene: Scene) -> Iterator[Fault]:
     points = {"tank.min": scene.tank.min}
     for key, block in all_blocks(scene).items():
+        if block.polygon and len(block.min) < scene.dimension == 3:
+            yield key, "a polygon in three dimensions needs its extent along y", "give min and max, with x, y, z"
+            continue
         points[f"{key}.min"] = block.min
         points[f"{key}.velocity"] = block.velocity or block.min
     if scene.fluid.acceleration:
@@ -117,6 +123,17 @@ def _periodic(scene: Scene) -> Iterator[Fault]:
         yield key, "bodies do not repeat along a periodic axis", "use walls far away instead"
 
 
+def _open(scene: Scene) -> Iterator[Fault]:
+    tank, key = scene.tank, "tank.open"
+    for side in tank.open:
+        if side[0] not in tank.axes:
+            yield key, f"{side}: a two-dimensional scene has no y axis", "leave it out"
+        elif side in tank.walls:
+            yield key, f"{side} has a wall", "leave it out of tank.walls"
+        elif side[0] in tank.periodic:
+            yield key, f"{side}: the tank repeats itself along that axis", "leave it out"
+
+
 def _field(scene: Scene) -> Iterator[Fault]:
     gradient, key = scene.fluid.acceleration_gradient, "fluid.acceleration_gradient"
     if gradient is None:
@@ -171,6 +188,7 @@ def _files(scene: Scene) -> Iterator[Fault]:
     files = {f"bodies.{name}.mjcf": body.mjcf for name, body in scene.bodies.items()}
     if scene.tank.bathymetry:
         files["tank.bathymetry"] = scene.tank.bathymetry
+    files |= {f"{key}.mesh": block.mesh for key, block in all_blocks(scene).items() if block.mesh}
     for key, path in files.items():
         if not path.is_file():
             yield key, f"no such file: {path}", "check the path; it is relative to the scene file"

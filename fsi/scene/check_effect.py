@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from fsi.errors import SceneError
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
-from fsi.scene.model import ACCURACY, GRIDS, Numerics, Output, Scene
+from fsi.scene.model import ACCURACY, GRIDS, Numerics, Output, Scene, presets
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 
@@ -48,11 +48,17 @@ def _inviscid(scene: Scene, part) -> str:
     return "numerics.viscosity is 'none'" if scene.numerics.viscosity == "none" else ""
 
 
+def _only_implicit(scene: Scene, numerics) -> str:
+    return "" if numerics.solver == "iisph" else "only the solver 'iisph' reads it"
+
+
 def _wall_slip(scene: Scene, numerics) -> str:
     return _inviscid(scene, numerics) or (_no_solids(scene) and "there is no wall and no body")
 
 
 def _smagorinsky(scene: Scene, numerics) -> str:
+    if numerics.turbulence == "dynamic":
+        return "numerics.turbulence is 'dynamic': the flow gives C_s"
     return "numerics.turbulence is 'none'" if numerics.turbulence == "none" else _inviscid(scene, numerics)
 
 
@@ -132,7 +138,19 @@ IDLE: dict[str, Condition] = {
     ),
     "coupler.motion.*.file": _table_starts_late,
     "numerics.accuracy": _accuracy,
-    "numerics.sweeps": lambda scene, numerics: numerics.solver == "converged" and _fixed_step(scene, numerics),
+    "numerics.density_tolerance": _only_implicit,
+    "numerics.lambda_max": lambda scene, numerics: (
+        _only_implicit(scene, numerics)
+        or _fixed_step(scene, numerics)
+        or (not scene.gravity and "without gravity there is no free fall to compare with")
+    ),
+    "numerics.wall_friction": lambda scene, numerics: (
+        _only_implicit(scene, numerics) or (not scene.gravity and "it acts by the speed of sound, none without gravity")
+    ),
+    "numerics.sweeps": lambda scene, numerics: (
+        (numerics.solver == "iisph" and "'iisph' takes as many iterations as numerics.density_tolerance needs")
+        or (numerics.solver == "converged" and _fixed_step(scene, numerics))
+    ),
     "numerics.pressure_tolerance": lambda scene, numerics: (
         numerics.solver != "converged" and "only 'converged' has one"
     ),
@@ -148,6 +166,9 @@ IDLE: dict[str, Condition] = {
     ),
     "numerics.wall_guard": lambda scene, numerics: _no_solids(scene) and "there is no wall and no body",
     "numerics.mach": _mach,
+    "numerics.density_relaxation": lambda scene, numerics: (
+        numerics.solver == "iisph" and "'iisph' solves for the density itself"
+    ),
     "numerics.courant": _fixed_step,
     "numerics.max_time_step": _fixed_step,
     "output.series": lambda scene, output: _unlogged(output),
@@ -179,7 +200,7 @@ def given(part: BaseModel, key: str = "", pattern: str = "") -> Iterator[tuple[s
     """(key, pattern, part that has it) of every value that is not the default; in a pattern a name or number is `*`."""
     defaults = {name: field.get_default(call_default_factory=True) for name, field in type(part).model_fields.items()}
     if isinstance(part, Numerics):
-        defaults |= ACCURACY.get(part.accuracy, {})
+        defaults |= presets(part.accuracy, part.solver)
     if isinstance(part, CouplerSettings):  # whose schemes have themselves as a default
         defaults["scheme"] = CouplerSettings.model_fields["scheme"].default
     for name, default in defaults.items():

@@ -8,8 +8,10 @@ import numpy as np
 
 from fsi.scene.geometry import all_blocks
 from fsi.scene.model import Block, Scene
+from fsi.scene.region import contains, shaped
 from fsi.waves.kind import Fault
 
+SAMPLES = 64  # places along each axis, at which two shapes are compared
 GAS = 100.0  # density ratio up to which everything is stable
 GAS_MACH = 0.1  # numerics.mach beyond it; measured
 
@@ -36,7 +38,18 @@ def _overlaps(blocks: dict[str, Block]) -> Iterator[tuple[str, str]]:
     low, high = (np.array([getattr(block, end) for block in blocks.values()]) for end in ("min", "max"))
     for n, key in enumerate(keys):
         shared = (np.maximum(low[n], low[n + 1 :]) + 1e-9 < np.minimum(high[n], high[n + 1 :])).all(-1)
-        yield from ((key, keys[n + 1 + other]) for other in np.flatnonzero(shared))
+        others = (keys[n + 1 + other] for other in np.flatnonzero(shared))
+        yield from ((key, other) for other in others if _share(blocks[key], blocks[other]))
+
+
+def _share(one: Block, two: Block) -> bool:
+    """Whether two blocks whose boxes overlap have more in common than a touch."""
+    if not (shaped(one) or shaped(two)):
+        return True
+    low, high = np.maximum(one.min, two.min), np.minimum(one.max, two.max)
+    count = SAMPLES if len(low) == 2 else SAMPLES // 4
+    places = low + (high - low) * (np.indices((count,) * len(low)).reshape(len(low), -1).T + 0.5) / count
+    return (contains(one, places, 0.0) & contains(two, places, 0.0)).sum() > count // 8
 
 
 def liquid_warnings(scene: Scene) -> list[str]:

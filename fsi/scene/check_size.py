@@ -15,7 +15,11 @@ from fsi.waves.kind import Fault
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 DOUBLE = 1.6  # of it in double-precision sweeps
 CELL = 1.0, 1.75  # spacings along x and across of a cell of the search (`fsi.particles.cells`)
-MOST_CELLS, MOST_PARTICLES = 2**31 - 1, 2**31 - 1  # they are counted in 32 bits
+FEW_CELLS, EMPTY = 2.5e5, 16.0  # cells, and cells a particle, up to which empty ones are kept (`fsi.particles.cells`)
+MOST_PARTICLES = 2**31 - 1  # they are counted in 32 bits
+LONGEST_SIDE = (
+    1e5  # spacings; places relative to the tank's corner, in single precision, are then right to 0.6 % of a spacing
+)
 MOST_STEPS = 1e9  # at a millisecond a step, eleven days
 LONGEST_STEP = 4.0  # smoothing lengths that long waves travel in a step at Mach number 1, at most
 
@@ -23,7 +27,9 @@ LONGEST_STEP = 4.0  # smoothing lengths that long waves travel in a step at Mach
 def size_faults(scene: Scene, volume: float, depth: float) -> Iterator[Fault]:
     """What does not fit into the memory that is free, and runs of too many steps, for a fluid of this volume [m3, in two
     dimensions m2] and depth [m]."""
-    fluid, walls, cells = fluid_particles(scene, volume), wall_particles(scene), grid_cells(scene)
+    fluid, walls = fluid_particles(scene, volume), wall_particles(scene)
+    cells = min(grid_cells(scene), max(FEW_CELLS, EMPTY * (fluid + walls)))
+    longest = max(high - low for low, high in zip(scene.tank.min, scene.tank.max, strict=True)) / scene.spacing
     each = BYTES_PER_PARTICLE * (DOUBLE if scene.numerics.precision == "double" else 1.0)
     have, grid = free_memory(), 8.0 * (available_threads() + 1) * cells  # a count a thread and a start, in two sorts
     if fluid * each > have or fluid > MOST_PARTICLES:
@@ -34,8 +40,11 @@ def size_faults(scene: Scene, volume: float, depth: float) -> Iterator[Fault]:
     elif (fluid + walls) * each > have or walls > MOST_PARTICLES:
         fault = f"its walls take {walls:.3g} particles of {scene.spacing:g} m, {_of((fluid + walls) * each, have)}"
         yield "tank", fault, "use a smaller tank, fewer walls or a larger spacing"
-    elif (fluid + walls) * each + grid > have or cells > MOST_CELLS:
+    elif (fluid + walls) * each + grid > have:
         fault = f"takes {cells:.3g} cells for the search of neighbours, {_of((fluid + walls) * each + grid, have)}"
+        yield "tank", fault, "use a tank that is no larger than the fluid needs, or a larger spacing"
+    elif longest > LONGEST_SIDE:
+        fault = f"is {longest:.3g} spacings long; places are resolved up to {LONGEST_SIDE:.0e}"
         yield "tank", fault, "use a tank that is no larger than the fluid needs, or a larger spacing"
     steps, key = fewest_steps(scene, depth)
     if steps > MOST_STEPS:
@@ -80,6 +89,8 @@ def fewest_steps(scene: Scene, depth: float) -> tuple[float, str]:
         longest = LONGEST_STEP * scene.smoothing_length * numerics.mach
         speed = math.sqrt(scene.gravity) * math.sqrt(depth)
         steps["duration"] = longest / speed
+        if numerics.solver == "iisph":
+            steps["duration"] = numerics.lambda_max * math.sqrt(2 * scene.smoothing_length / scene.gravity)
     key = min(steps, key=steps.get)
     step = steps[key]
     counted = scene.duration / step if step > 0 else math.inf

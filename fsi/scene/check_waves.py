@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsi.scene.geometry import piston_motion, piston_path, wave_depth
-from fsi.scene.model import Scene
+from fsi.scene.model import Block, Scene
+from fsi.scene.region import shaped
 from fsi.waves.kind import Fault, Motion, Water
 from fsi.waves.sponge import reflection
 
@@ -31,6 +32,12 @@ def _place(scene: Scene) -> Iterator[Fault]:
         yield "tank.walls", "waves need the x- wall, where the piston stands", "add 'x-'"
     if scene.fluid.blocks and not _tops(scene):
         yield "fluid.blocks", "no block meets the x- wall, where the piston stands", "let one begin at tank.min[0]"
+    elif any(shaped(block) for block in _at_the_piston(scene)):
+        yield (
+            "fluid.blocks",
+            "a block that is no box meets the x- wall, where the piston stands",
+            "begin with a box there",
+        )
     elif depth <= 0:
         yield "fluid.still_water_level", f"waves need water: the depth is {depth:g} m", "raise it above the floor"
     elif scene.gravity == 0:
@@ -39,8 +46,12 @@ def _place(scene: Scene) -> Iterator[Fault]:
 
 def _tops(scene: Scene) -> list[float]:
     """Where the blocks of fluid at the piston end [m]."""
+    return [block.max[-1] for block in _at_the_piston(scene)]
+
+
+def _at_the_piston(scene: Scene) -> list[Block]:
     blocks = [block for liquid in scene.all_liquids for block in liquid.blocks]
-    return [block.max[-1] for block in blocks if block.min[0] < scene.tank.min[0] + scene.spacing]
+    return [block for block in blocks if block.min[0] < scene.tank.min[0] + scene.spacing]
 
 
 def _level_at_the_piston(scene: Scene) -> Iterator[str]:

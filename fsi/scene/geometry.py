@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from fsi.scene.model import Block, Scene
+from fsi.scene.region import shaped, volume
 from fsi.waves import Motion, piston
 
 
@@ -49,10 +50,74 @@ def wave_depth(scene: Scene) -> float:
     return max(tops, default=scene.tank.min[-1]) - scene.tank.min[-1]
 
 
+WHOLE = 0.02  # spacings by which a length may differ from a whole number of them
+SAMPLES = 16  # places along each axis of the side of a block, at which it is asked what is beside it
+FEWEST = 4  # cells along an axis, from which on they are stretched
+
+
+def cell(scene: Scene) -> tuple[float, ...]:
+    """Sides (dim,) of the cells that fluid starts in [m]: the spacing, stretched along each axis so that a whole number of them
+    reaches from the tank's corner to its far side, or up to the still water level; with blocks, to where they end. Where
+    that is less than `FEWEST`, they are as they are."""
+    tank, fluid = scene.tank, scene.fluid
+    ends = [*tank.max[:-1], fluid.still_water_level]
+    if fluid.blocks:
+        farthest = np.max([block.max for block in all_blocks(scene).values()], axis=0)
+        ends = np.minimum(farthest, tank.max).tolist()
+    sides = []
+    for low, high in zip(tank.min, ends, strict=True):
+        count = round((high - low) / scene.spacing)
+        whole = abs(high - low - count * scene.spacing) < WHOLE * scene.spacing
+        sides.append(scene.spacing if whole or count < FEWEST else (high - low) / count)
+    return tuple(sides)
+
+
+def stretch(scene: Scene) -> float:
+    """Volume of a cell over that of one of the spacing."""
+    return math.prod(side / scene.spacing for side in cell(scene))
+
+
+def mean_spacing(scene: Scene) -> float:
+    """Side of the cube, in two dimensions the square, of the volume that a particle stands for [m]."""
+    return scene.spacing * stretch(scene) ** (1 / scene.dimension)
+
+
+def start(scene: Scene) -> str:
+    """The pressure that the scene starts from: "hydrostatic", "converged" or "zero". A block with a free
+    side has no hydrostatic pressure once it is let go, and with that a dam break would gain energy."""
+    if scene.fluid.start != "auto":
+        return scene.fluid.start
+    return "converged" if scene.gravity > 0 and scene.fluid.blocks and _free_side(scene) else "hydrostatic"
+
+
+def _free_side(scene: Scene) -> bool:
+    """Whether a side of a block, a spacing or more high, has neither a wall nor another block beside it; taken as so where a
+    block is no box."""
+    tank, blocks, dr = scene.tank, list(all_blocks(scene).values()), scene.spacing
+    if any(shaped(block) for block in blocks):
+        return True
+    lows, highs = (np.array([getattr(block, end) for block in blocks]) for end in ("min", "max"))
+    for d, name in enumerate(tank.axes[:-1]):
+        if name in tank.periodic:
+            continue
+        for block in blocks:
+            for side, edge, end in (("-", block.min[d], tank.min[d]), ("+", block.max[d], tank.max[d])):
+                out = 1 if side == "+" else -1
+                if f"{name}{side}" in tank.walls and (edge - end) * out > -dr:
+                    continue
+                axes = [np.linspace(a, b, SAMPLES + 2)[1:-1] for a, b in zip(block.min, block.max, strict=True)]
+                axes[d] = np.array([edge + 0.5 * out * dr])
+                beside = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 1, len(axes))
+                covered = ((beside > lows) & (beside < highs)).all(2).any(1).mean()
+                if (1 - covered) * (block.max[-1] - block.min[-1]) > dr:
+                    return True
+    return False
+
+
 def fluid_volume(scene: Scene) -> float:
     """Volume of the fluid at t = 0 [m3], or its area in two dimensions [m2]; solids in it are not taken off."""
     if scene.fluid.blocks:
-        return sum(math.prod(np.subtract(block.max, block.min)) for block in all_blocks(scene).values())
+        return sum(volume(block) for block in all_blocks(scene).values())
     across = np.subtract(scene.tank.max, scene.tank.min)[:-1]
     return math.prod(across) * (scene.fluid.still_water_level - scene.tank.min[-1])
 

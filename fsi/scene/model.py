@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticKnownError
 
 from fsi.parts import FilePath, NonNegative, Number, Part, Point, Positive, Side
 from fsi.scene.coupler import AnyCoupler, CouplerSettings
 from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
+from fsi.scene.polygon import crossing_sides
 from fsi.scene.rheology import Rheology
 from fsi.scene.waves import DampingZone, Waves
 
@@ -54,7 +55,9 @@ class Tank(Box):
     """The box that holds the fluid, walled on `walls`; a particle that leaves it is counted as lost."""
 
     walls: tuple[Side, ...] = ("x-", "x+", "y-", "y+", "z-")
+    open: tuple[Side, ...] = ()  # sides without a wall; fluid that leaves by them is removed and counted, not lost
     periodic: tuple[Literal["x", "y", "z"], ...] = ()  # axes along which the tank repeats itself; no walls across them
+    boundary: Literal["auto", "layers", "single_layer"] = "auto"  # layers fill the support; one layer counts by weights
     bathymetry: FilePath | None = None  # mesh (STL, OBJ, PLY) whose inside is solid ground, or grid (XYZ, ASC, GeoTIFF)
     grid: Grid | None = None  # where a bathymetry that is a grid lies
     width: Positive = 1.0  # extent along y that a two-dimensional scene stands for [m]
@@ -66,9 +69,45 @@ class Tank(Box):
 
 
 class Block(Box):
-    """A box of fluid at the start, with a uniform velocity [m/s]."""
+    """Fluid at the start, with a uniform velocity [m/s]: what is inside the box from `min` to `max` and inside the polygon or
+    the mesh, where there is one. With a polygon, in two dimensions, min and max may be left out."""
 
+    model_config = ConfigDict(json_schema_extra=lambda schema: schema.pop("required", None))
+
+    polygon: tuple[tuple[Number, Number], ...] = ()  # corners [x, z] in turn [m]; in three dimensions extruded along y
+    mesh: FilePath | None = None  # closed mesh (STL, OBJ, PLY); in two dimensions its section y = 0
+    angle: Annotated[float, Field(ge=-90, le=90)] | None = (
+        None  # of a lattice of its own along a slope that rises at this angle to the x axis [deg]; None: the tank's
+    )
     velocity: tuple[Number, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tight(cls, values):
+        """Close the box around the polygon."""
+        corners = values.get("polygon") if isinstance(values, dict) else None
+        if not corners:
+            return values
+        try:
+            low, high = ([pick(corner[d] for corner in corners) for d in (0, 1)] for pick in (min, max))
+            given = [list(values.get("min", low)), list(values.get("max", high))]
+            box = [[*map(float, side)] for side in given]
+            for d, n in ((0, 0), (-1, 1)):
+                box[0][d], box[1][d] = max(box[0][d], low[n]), min(box[1][d], high[n])
+        except (TypeError, ValueError, IndexError, KeyError):  # told of at the values themselves
+            return {"min": (0.0, 0.0), "max": (1.0, 1.0)} | values
+        return values | {"min": box[0], "max": box[1]}
+
+    @model_validator(mode="after")
+    def _one_shape(self):
+        if self.polygon and self.mesh:
+            raise ValueError("has a polygon and a mesh; remove one of them")
+        if self.polygon:
+            if len(self.polygon) < 3:
+                raise ValueError(f"a polygon of {len(self.polygon)} corners has no inside; give three or more")
+            if met := crossing_sides(self.polygon):
+                raise ValueError(f"sides {met[0]} and {met[1]} of the polygon cross or touch; give its corners in turn")
+        return self
 
 
 class Liquid(Part):
@@ -92,7 +131,9 @@ class Fluid(Liquid):
     still_water_level: Number = 0.0  # [m]
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
-    start: Literal["hydrostatic", "converged", "zero"] = "hydrostatic"  # pressure at t = 0
+    start: Literal["auto", "hydrostatic", "converged", "zero"] = (
+        "auto"  # pressure at t = 0; auto: converged where a block has a free side face, hydrostatic elsewhere
+    )
 
 
 class LinearPto(Part):
@@ -204,20 +245,43 @@ ACCURACY = {  # defaults that differ from those of `normal`
 }
 
 
+SOLVER = {  # defaults of a solver that differ from those of the others
+    "iisph": {
+        "smoothing_ratio": 1.0,
+        "kernel": "cubic_spline",
+        "courant": 0.8,  # 0.4 of the support
+        "viscosity": "none",
+        "artificial_viscosity": 0.1,  # of half the smoothing length
+    },
+}
+
+
 class Numerics(Part):
     """The scheme; every figure's reason is in docs/theory/numerics.md. `accuracy` chooses the defaults of what it trades for
     time; a key that is given holds."""
 
     accuracy: Literal["draft", "normal", "fine"] = "normal"
-    smoothing_ratio: Annotated[float, Field(ge=1.2, le=2.0)] = 2.0  # smoothing length / spacing
-    solver: Literal["explicit", "chebyshev", "converged"] = "chebyshev"  # pressure sweeps: Jacobi's, Chebyshev's, all
+    smoothing_ratio: Annotated[float, Field(ge=1.0, le=2.0)] = (
+        2.0  # smoothing length / spacing; 1.2 or more but for `iisph`
+    )
+    kernel: Literal["wendland", "cubic_spline"] = "wendland"  # the second one for `iisph` alone
+    solver: Literal["explicit", "chebyshev", "converged", "iisph"] = (
+        "chebyshev"  # sweeps: Jacobi's, Chebyshev's, all; implicit
+    )
     sweeps: Annotated[int, Field(ge=1, le=64)] = 6  # of the pressure per step; for `converged` they set the step alone
     pressure_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5  # of `converged`: last change over the largest value
+    density_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-3  # xi of `iisph`: mean density in excess, as a share
+    lambda_max: Annotated[float, Field(gt=0, le=2)] = (
+        0.075  # of `iisph`: time step over sqrt(support / gravity) at most
+    )
+    wall_friction: NonNegative = 0.0  # sigma of `iisph`: Monaghan's alpha, of walls (Akinci et al. 2012)
     precision: Literal["single", "double"] = "single"  # inside sweeps; the state is always double
     viscosity: Literal["laminar", "none"] = "laminar"
     wall_slip: Literal["no_slip", "free_slip"] = "no_slip"  # of walls and bodies, for laminar viscosity
     viscous_step: Literal["auto", "explicit", "implicit"] = "auto"  # auto: implicit where explicit would take over
-    turbulence: Literal["none", "smagorinsky"] = "none"  # eddies smaller than the spacing
+    turbulence: Literal["none", "smagorinsky", "dynamic"] = (
+        "none"  # eddies smaller than the spacing; dynamic: C_s of the flow
+    )
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
@@ -235,9 +299,13 @@ class Numerics(Part):
     @model_validator(mode="before")
     @classmethod
     def _defaults(cls, values):
-        if isinstance(values, dict) and isinstance(values.get("accuracy"), str):
-            return ACCURACY.get(values["accuracy"], {}) | values
-        return values
+        return presets(values.get("accuracy"), values.get("solver")) | values if isinstance(values, dict) else values
+
+
+def presets(accuracy: object, solver: object) -> dict:
+    """Defaults that an accuracy and a solver change; those of the solver hold."""
+    found = ACCURACY.get(accuracy, {}) if isinstance(accuracy, str) else {}
+    return found | (SOLVER.get(solver, {}) if isinstance(solver, str) else {})
 
 
 def _known_field(name: str) -> str:
@@ -321,6 +389,18 @@ class Scene(Part):
         return (0.5 if self.closed else 0.0) if self.numerics.shifting is None else self.numerics.shifting
 
     @property
+    def single_layer(self) -> bool:
+        """True where boundary particles stand in one layer and count by weights (`tank.boundary`)."""
+        return self.tank.boundary == "single_layer" or (
+            self.tank.boundary == "auto" and self.numerics.solver == "iisph"
+        )
+
+    @property
+    def reading_length(self) -> float:
+        """Smoothing length that gauges and probes read the fluid with [m]."""
+        return max(self.numerics.smoothing_ratio, 1.2) * self.spacing
+
+    @property
     def layers(self) -> int:
-        """Boundary particle layers that fill the kernel's support."""
-        return math.ceil(2 * self.numerics.smoothing_ratio - 1e-9)
+        """Boundary particle layers that fill the kernel's support; one where they count by weights."""
+        return 1 if self.single_layer else math.ceil(2 * self.numerics.smoothing_ratio - 1e-9)

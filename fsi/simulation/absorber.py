@@ -34,7 +34,7 @@ class Absorber(Remembers):
         self._surface = waves.surface(motion, depth, g)
         self._gain = waves.gain(depth, g)
         self._lag, self._recall = LAG * math.sqrt(depth / g), RECALL * math.sqrt(depth / g)
-        self._h, self._level = scene.smoothing_length, scene.fluid.still_water_level
+        self._h, self._level = scene.reading_length, scene.fluid.still_water_level
         self._rough = ROUGH * scene.spacing
         self._wall = scene.tank.min[0]
         low, high = scene.tank.min, scene.tank.max

@@ -40,7 +40,9 @@ class Alarms(Remembers):
 
     def audit(self) -> dict:
         """For `run.json`."""
-        return {"lost_particles": self._sim.fluid.lost, "lost_share": self.lost_share, "first_lost": self._first}
+        fluid, sides = self._sim.fluid, self._sim.scene.tank.open
+        left = {"left_particles": dict(zip(sides, fluid.left.tolist(), strict=True))} if sides else {}
+        return {"lost_particles": fluid.lost, "lost_share": self.lost_share, "first_lost": self._first, **left}
 
     def check(self, kept: str) -> None:
         """After a step. Raises RunError where a limit is passed; `kept` says what the log holds."""

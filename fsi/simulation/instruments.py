@@ -90,14 +90,14 @@ class Instruments(Remembers):
         place, scene = _foot(gauge, self.fluid.dim), self.scene
         if gauge.reading == "surface":
             return self._surface(place)
-        h, spacing = scene.smoothing_length, scene.spacing
+        h, spacing = scene.reading_length, scene.spacing
         (position,) = self.fluid.reductions.around(place, 2 * h, self.fluid.position)
         if gauge.reading == "points":
             return points_reading(position, place, spacing, h)
         return row_reading(position, place, spacing, self._surface(place))
 
     def _pressure(self, name: str, probe: Probe) -> float:
-        fluid, scene, h = self.fluid, self.scene, self.scene.smoothing_length
+        fluid, scene, h = self.fluid, self.scene, self.scene.reading_length
         weight = scene.fluid.density * scene.gravity
         point = self._riders[name].place() if name in self._riders else probe.position
         return pressure_at(
@@ -107,7 +107,7 @@ class Instruments(Remembers):
     def _velocity(self, place) -> np.ndarray:
         from fsi.fluid.currents import velocity_at
 
-        fluid, h, out = self.fluid, self.scene.smoothing_length, np.zeros(3)
+        fluid, h, out = self.fluid, self.scene.reading_length, np.zeros(3)
         near = fluid.reductions.around(place, 2 * h, fluid.position, fluid.velocity)
         out[self._axes] = velocity_at(*near, place, self.scene.spacing, h)
         return out

@@ -14,6 +14,7 @@ import numpy as np
 from fsi.compute import jit
 from fsi.compute.team import Team, available_threads
 from fsi.errors import RunError, SceneError
+from fsi.fluid.choice import make_fluid
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
@@ -21,7 +22,7 @@ from fsi.owners import FIRST_BODY
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Controller, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.binding import bind
-from fsi.scene.geometry import piston_motion, wave_depth
+from fsi.scene.geometry import piston_motion, start, wave_depth
 from fsi.scene.model import Scene
 from fsi.simulation.alarms import Alarms
 from fsi.simulation.balance import Balance
@@ -89,7 +90,7 @@ class Simulation(Remembers):
         layout = build(scene, bodies, ground)
         self.team = _team(threads)
         self.ranks = ranks  # `fsi.ranks.start.Membership`, None in a run of one process
-        self.fluid = Fluid(scene, layout, self.team, *(ranks.parts(scene, layout) if ranks else ()))
+        self.fluid = make_fluid(scene, layout, self.team, **(ranks.parts(scene, layout) if ranks else {}))
         self.movers = self._movers()
         self.glue = None
         if layout.glued is not None:
@@ -248,7 +249,7 @@ class Simulation(Remembers):
 
     def _start(self, motion: Motion) -> None:
         """Pressure at t = 0, and the first frame."""
-        if self.scene.fluid.start == "converged":
+        if start(self.scene) == "converged":
             with self._phase("start"):
                 acceleration = np.zeros((self.fluid.owners, 6))
                 acceleration[: len(motion.others)] = motion.others

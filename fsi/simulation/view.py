@@ -67,7 +67,7 @@ class View:
         """Pressure at each probe [Pa]."""
         fluid, h, weight = (
             self.simulation.fluid,
-            self.scene.smoothing_length,
+            self.scene.reading_length,
             self.scene.fluid.density * self.scene.gravity,
         )
         around = fluid.reductions.around

@@ -116,8 +116,11 @@ class Constants(NamedTuple):
     filled1: float  # part of the support that is filled in the top row under a flat surface (`kernel.SurfaceRows`)
     filled2: float  # in the next
     filled3: float  # in the third
+    filled4: float  # in the fourth
     excess1: float  # by how much more than once the pressure of the top row counts in the gradient
     excess2: float  # that of the next
+    excess3: float  # that of the third
+    shallow: float  # pressure up to which these count, see `predictor.surface_excess`
     relaxation: float  # gamma
     suction: float  # share of gamma where the density is too small, see `Fluid.begin`
     density: float

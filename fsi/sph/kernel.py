@@ -49,13 +49,13 @@ class Lattice:
 class SurfaceRows:
     """The top rows of a lattice under a flat free surface.
 
-    filled (3,): part of their support that is filled, V sum F r^2 / dim, from the top row down; excess (2,): by how much more
-    than once the pressure of the first two counts in the symmetric gradient, which then is rho g on every row under
+    filled (4,): part of their support that is filled, V sum F r^2 / dim, from the top row down; excess (3,): by how much more
+    than once the pressure of the first three counts in the symmetric gradient, which then is rho g on every row under
     hydrostatic pressure (see `surface_rows`).
     """
 
-    filled: tuple[float, float, float]
-    excess: tuple[float, float]
+    filled: tuple[float, float, float, float]
+    excess: tuple[float, float, float]
 
 
 def surface_rows(smoothing_ratio: float, dim: int) -> SurfaceRows:
@@ -81,8 +81,8 @@ def surface_rows(smoothing_ratio: float, dim: int) -> SurfaceRows:
                 force[row, row] += pull[n]
     head = np.arange(depth + reach) + 0.5
     rest = 1.0 - force @ head
-    excess = np.linalg.lstsq(force[:, :2] * head[:2], rest, rcond=None)[0]
-    full = [float(filled[fall >= -row].sum()) for row in range(3)]
+    excess = np.linalg.lstsq(force[:, :3] * head[:3], rest, rcond=None)[0]
+    full = [float(filled[fall >= -row].sum()) for row in range(4)]
     return SurfaceRows(tuple(full), tuple(excess.tolist()))
 
 

@@ -9,7 +9,7 @@ from functools import cache
 
 from fsi.compute.jit import helper
 from fsi.compute.lane_sums import plus
-from fsi.compute.lanes import dot, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, sqrt, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.columns import COUNTS, DEFICIT, DIAGONAL, INNER, SUPPORT
@@ -29,22 +29,29 @@ FLAT = 0.3  # of the way from row to row over which the excess stays, so that sm
 
 
 @helper()
-def surface_excess(filled, k):
-    """By how much more than once a particle's pressure counts in the gradient, from the filled part of its support: `excess1`
-    in the top row under a free surface, `excess2` in the next, 0 inside and in spray (`fsi.sph.kernel.surface_rows`)."""
+def surface_excess(filled, p, k):
+    """By how much more than once a particle's pressure counts in the gradient (`fsi.sph.kernel.surface_rows`), from the filled
+    part of its support: `excess1` to `excess3` in the top rows under a free surface, 0 inside and in spray. It fades where
+    the last pressure p is that of more than a few rows of water: in jets and drops that hit something it would do work."""
     if filled >= 1.0 or filled <= SPRAY:
         return 0.0
-    near1, near2 = FLAT * (k.filled2 - k.filled1), FLAT * (k.filled3 - k.filled2)
+    share = min(1.0, max(0.0, 2.0 - abs(p) / k.shallow))
+    near1, near2, near3 = FLAT * (k.filled2 - k.filled1), FLAT * (k.filled3 - k.filled2), FLAT * (k.filled4 - k.filled3)
     if filled < k.filled1 - near1:
-        return k.excess1 * (filled - SPRAY) / (k.filled1 - near1 - SPRAY)
+        return share * k.excess1 * (filled - SPRAY) / (k.filled1 - near1 - SPRAY)
     if filled < k.filled1 + near1:
-        return k.excess1
+        return share * k.excess1
     if filled < k.filled2 - near1:
         between = (filled - k.filled1 - near1) / (k.filled2 - k.filled1 - 2.0 * near1)
-        return k.excess1 + (k.excess2 - k.excess1) * between
+        return share * (k.excess1 + (k.excess2 - k.excess1) * between)
     if filled < k.filled2 + near2:
-        return k.excess2
-    return k.excess2 * max(0.0, (k.filled3 - near2 - filled) / (k.filled3 - k.filled2 - 2.0 * near2))
+        return share * k.excess2
+    if filled < k.filled3 - near2:
+        between = (filled - k.filled2 - near2) / (k.filled3 - k.filled2 - 2.0 * near2)
+        return share * (k.excess2 + (k.excess3 - k.excess2) * between)
+    if filled < k.filled3 + near3:
+        return share * k.excess3
+    return share * k.excess3 * max(0.0, (k.filled4 - near3 - filled) / max(1e-6, k.filled4 - k.filled3 - 2.0 * near3))
 
 
 @helper()
@@ -59,12 +66,14 @@ def make_predictor(
 ):  # fmt: skip
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
-    deficit of the density against the lattice's, and how often its pressure counts. `viscosity`: "none", "no_slip" where
-    walls drag, "free_slip". `ordered`: no sum depends on neighbours out of reach, not in its last bit either. Without a
-    `surface` a gap between particles is no free surface, and the shift closes it."""
-    L, DIM = lanes, dim
+    deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
+    particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
+    is 1 + 1 / dim on average. `viscosity`: "none", "no_slip" where walls drag, "free_slip". `ordered`: no sum depends on
+    neighbours out of reach, not in its last bit either. Without a `surface` a gap between particles is no free surface, and
+    the shift closes it."""
+    L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
-    U_NEW, FILLED = columns.trial(dim).of("u filled")
+    U_NEW, FILLED, P = columns.trial(dim).of("u filled p")
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
 
     def hold(s, flow):
@@ -91,13 +100,24 @@ def make_predictor(
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        return laplacian, density, spread, force, linked, solid + slope(closeness(r2, k.inverse_support)) * r2
+        r = sqrt(r2)
+        rise = r - component(x_ij, Z)  # r (1 + cosine of the way up)
+        solid = solid + slope(closeness(r2, k.inverse_support)) * rise * rise
+        return laplacian, density, spread, force, linked, solid
 
     def wall_pair_in_order(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        return laplacian, density, spread, force, linked, plus(solid, slope(closeness(r2, k.inverse_support)) * r2)
+        rise = sqrt(r2) - component(x_ij, Z)
+        return (
+            laplacian,
+            density,
+            spread,
+            force,
+            linked,
+            plus(solid, slope(closeness(r2, k.inverse_support)) * rise * rise),
+        )
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -128,10 +148,9 @@ def make_predictor(
         coefficients[i, INNER] = 1.0 - gate
         coefficients[i, DEFICIT] = min(deficit, 0.0) + k.suction * (1.0 - gate) * max(deficit, 0.0)
         if surface:
-            walled = (
-                k.divergence_factor * solid / DIM
-            )  # the part of the support that walls take; the rest is to be filled
-            coefficients[i, COUNTS] = 1.0 + surface_excess((filled - walled) / max(0.1, 1.0 - walled), k)
+            walled = k.divergence_factor * solid / (DIM + 1)  # part of the support that walls take
+            free = (filled - walled) / max(0.1, 1.0 - walled)
+            coefficients[i, COUNTS] = 1.0 + surface_excess(free, trial[i, P], k)
         if shifted:
             coefficients[i, SUPPORT] = min(1.0, max(0.0, (filled - 0.93) / 0.04)) if surface else 1.0
             if surface:

@@ -36,9 +36,9 @@ WELL_SPREAD = (
 
 
 @helper()
-def shear_rate(G, M):
-    """sqrt(2 S : S) of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles &
-    Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
+def shear_rate(G, M, S):
+    """sqrt(2 S : S), and the strain rate S, of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of
+    x_ij (Randles & Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
     dim = G.shape[0]
     inverse = small_matrix(3, 3)
     if dim == 2:
@@ -66,8 +66,8 @@ def shear_rate(G, M):
     total = 0.0
     for a in range(dim):
         for b in range(dim):
-            strain = 0.5 * (gradient[a, b] + gradient[b, a])
-            total += 2.0 * strain * strain
+            S[a, b] = 0.5 * (gradient[a, b] + gradient[b, a])
+            total += 2.0 * S[a, b] * S[a, b]
     return math.sqrt(total)
 
 
@@ -88,14 +88,15 @@ def apparent_viscosity(rate, pressure, law):
 
 
 @cache
-def make_shear(lanes: int, dim: int, no_slip: bool):
+def make_shear(lanes: int, dim: int, no_slip: bool, tensor: bool = False):
     """Shear rate [1/s] of the fluid particles into `rate` (n,), and with it their viscosity into `flow`. It is exact where
     the velocity is linear in space, also at the surface and at free-slip walls; no-slip walls take part with their
     mirrored velocities, which halves the error of the curved profile at a wall. `kind` (n,): the
     liquid of each; `confined` (n,): confining pressure [Pa], empty where no law has one; `laws` (m, 8): the factor
-    rho (C_s dr)^2 of the eddies and a law as in `apparent_viscosity`."""
+    rho (C_s dr)^2 of the eddies and a law as in `apparent_viscosity`. `tensor`: with the strain rates, into `strains`."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, MU = columns.flow(dim).of("x u mu")
+    RATE = DIM * DIM  # after the rows of the tensor, as in `fsi.sph.eddies.strain`
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
@@ -114,21 +115,26 @@ def make_shear(lanes: int, dim: int, no_slip: bool):
             gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
         return gx, gy, gz + fx * component(u_ij, Z), mx, my, mz + fx * component(x_ij, Z)
 
-    def finish(i, sums, flow, kind, confined, laws, rate, k):
+    def finish(i, sums, flow, kind, confined, laws, rate, strains, k):
         gx, gy, gz, mx, my, mz = sums
-        G, M = small_matrix(DIM, DIM), small_matrix(DIM, DIM)
+        G, M, S = small_matrix(DIM, DIM), small_matrix(DIM, DIM), small_matrix(DIM, DIM)
         for b in range(DIM):
             G[0, b], G[Z, b] = k.divergence_factor * gx[b], k.divergence_factor * gz[b]
             M[0, b], M[Z, b] = k.divergence_factor * mx[b], k.divergence_factor * mz[b]
             if DIM == 3:
                 G[1, b], M[1, b] = k.divergence_factor * gy[b], k.divergence_factor * my[b]
-        rate[i] = shear_rate(G, M)
+        rate[i] = shear_rate(G, M, S)
+        if tensor:
+            strains[i, RATE] = rate[i]
+            for a in range(DIM):
+                for b in range(DIM):
+                    strains[i, a * DIM + b] = S[a, b]
         q = kind[i]
         pressure = confined[i] if confined.size else 0.0
         flow[i, MU] = apparent_viscosity(rate[i], pressure, laws[q]) + laws[q, 0] * rate[i]
 
     return over_pairs(
-        "shear", (lanes, dim, no_slip), takes="flow kind confined laws rate k",
+        "shear", (lanes, dim, no_slip, tensor), takes="flow kind confined laws rate strains k",
         sum=Sum(hold, empty, ((ALL if no_slip else FLUID, pair),), finish),
     )  # fmt: skip
 

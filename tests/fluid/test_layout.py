@@ -5,9 +5,12 @@ import pytest
 from tanks import still_tank
 
 from fsi.errors import SceneError
+from fsi.fluid.gauges import elevation
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import PISTON, WALL
 from fsi.particles.layout import build
+from fsi.scene.geometry import cell, mean_spacing, stretch
+from fsi.simulation.loop import Simulation
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -24,14 +27,59 @@ def test_fluid_and_walls_fill_a_lattice_without_gaps_or_doubles(dimension):
 
 
 @pytest.mark.parametrize("length", [0.63, 0.65, 0.67])
-def test_a_tank_off_the_lattice_has_whole_cells_and_closed_edges(length):
-    """At 6.5 spacings a particle once started on the far wall and was counted beyond it."""
+def test_a_tank_off_the_lattice_is_full_and_has_closed_edges(length):
+    """At 6.5 spacings a particle once started on the far wall and was counted beyond it, then half a spacing stayed empty."""
     layout = build(still_tank(2, 0.1, depth=0.5, length=length))
-    assert layout.position[:, 0].max() == pytest.approx(0.55)
+    half = 0.5 * length / round(length / 0.1)
+    assert layout.position[:, 0].max() == pytest.approx(length - half)
     wall = layout.boundary
     gaps = np.sort(((wall[:, None] - wall[None]) ** 2).sum(-1), 1)[:, 1]
     assert np.sqrt(gaps.min()) / 0.1 > 0.9 and np.sqrt(gaps.max()) / 0.1 < 1.1
-    assert (np.abs(wall[:, 0] - (length + 0.05)) < 1e-9).any()
+    assert (np.abs(wall[:, 0] - (length + half)) < 1e-9).any()
+
+
+REFINED = np.linspace(0.011, 0.0197, 20)  # m; 15.2 to 27.3 spacings of depth
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_level_and_volume_are_right_at_any_spacing(dim):
+    """At 30.53 spacings a gauge once read half a spacing too much, and the volume was 1.5 % too large."""
+    depth, length = 0.3, 0.2 if dim == 3 else 0.5
+    for spacing in REFINED:
+        scene = still_tank(dim, spacing, depth, length)
+        layout = build(scene)
+        side = cell(scene)
+        assert len(layout.position) * np.prod(side) == pytest.approx(depth * length ** (dim - 1), rel=1e-3)
+        assert layout.position[:, -1].max() + 0.5 * side[-1] == pytest.approx(0.0, abs=0.02 * spacing)
+        assert layout.pressure.min() == pytest.approx(9810 * 0.5 * side[-1], rel=0.05)
+        surface = elevation(layout.position, (0.5 * length,) * (dim - 1), mean_spacing(scene), scene.smoothing_length)
+        assert surface == pytest.approx(0.0, abs=0.02 * spacing)
+        assert not layout.notes
+
+
+@pytest.mark.parametrize("dim, spacing, sides", [(2, 0.02, 25), (3, 0.05, 4)])
+def test_whole_numbers_of_spacings_leave_the_lattice_as_it_is(dim, spacing, sides):
+    scene = still_tank(dim, spacing, 10 * spacing, sides * spacing + 1e-9)
+    assert cell(scene) == (spacing,) * dim and stretch(scene) == 1.0 and mean_spacing(scene) == spacing
+
+
+def test_a_block_ends_where_the_scene_says_and_others_are_told_of():
+    blocks = [{"min": [0.0, -0.5], "max": [0.31, 0.13]}, {"min": [0.31, -0.5], "max": [1.0, -0.287]}]
+    scene = still_tank(spacing=0.02, fluid={"blocks": blocks})
+    layout = build(scene)
+    assert layout.position[:, 1].max() + 0.5 * cell(scene)[1] == pytest.approx(0.13)
+    assert [note.split(":")[0] for note in layout.notes] == ["fluid.blocks[0]", "fluid.blocks[1]", "fluid.blocks[1]"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spacing", REFINED)
+def test_the_level_stays_right_at_rest(spacing):
+    sim = Simulation(still_tank(2, spacing, 0.3, 0.5, duration=1.0, gauges={"middle": {"x": 0.25}}))
+    levels = []
+    sim.run(on_step=lambda sim: levels.append(sim.balance.series()["elevation"][0]))
+    assert np.mean(levels[len(levels) // 2 :]) == pytest.approx(0.0, abs=0.06 * spacing)
+    middle = 2 * (sim.fluid.position[:, 1].mean() + 0.3) - 0.3  # twice the height of the centre is the level
+    assert middle == pytest.approx(0.0, abs=0.03 * spacing)
 
 
 def test_the_bed_reaches_under_a_retreating_piston():

@@ -1,5 +1,7 @@
 """Viscosity that varies, turbulence and implicit viscosity against exact flows, dense matrices and conservation."""
 
+import math
+
 import numpy as np
 import pytest
 from tanks import pairs, random_fluid, still_tank
@@ -43,6 +45,24 @@ def test_a_rotating_solid_has_no_strain_and_shear_has_its_own(dim, boundary):
 def test_strain_of_a_pure_straining_flow():
     fluid = linear_flow(random_fluid(2, turbulence="smagorinsky"), [[2.0, 0.0], [0.0, -2.0]])
     assert np.allclose(fluid.rheology.rate, 4.0, rtol=1e-9)  # sqrt(2 (2^2 + 2^2))
+
+
+def test_the_coefficient_of_the_eddies_is_that_of_the_flow():
+    """0 in a linear shear on any particles; sqrt(1 / (48 sqrt(3))) = 0.110 in a uniform contraction on two axes, where
+    L = var A A and M = -24 var s S; below 0, which is cut off, in an extension on two."""
+    fluid = random_fluid(3, turbulence="dynamic")
+    linear_flow(fluid, np.array([[0, 0, 3.0], [0, 0, 0], [0, 0, 0]]))
+    assert fluid.rheology.dynamic.coefficient.max() < 1e-12
+    contraction = np.diag([1.0, 1.0, -2.0])
+    linear_flow(fluid, contraction)
+    inside = np.abs(fluid.position).max(1) < 0.2
+    found = np.sqrt(fluid.rheology.dynamic.coefficient[inside])
+    assert found == pytest.approx(math.sqrt(1 / (48 * math.sqrt(3))), rel=0.05)
+    eddies = fluid.rheology.dynamic.coefficient * 0.1**2 * math.sqrt(12)
+    assert np.allclose(fluid.rheology.fields(fluid.work.flow, fluid.count)["eddy_viscosity"], eddies, rtol=1e-9)
+    assert np.allclose(fluid.work.flow[: fluid.count, 6], 1000 * (0.1 + eddies), rtol=1e-9)
+    linear_flow(fluid, -contraction)
+    assert fluid.rheology.dynamic.coefficient[inside].max() == 0.0
 
 
 def test_plastic_viscosity_follows_the_shear_rate():

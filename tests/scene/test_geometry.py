@@ -43,3 +43,29 @@ def test_a_changed_table_makes_a_new_piston(tmp_path):
     first = geometry.piston_motion(scene)
     table.write_text("time,position\n0,0\n1,0.25\n2,0.0\n")
     assert geometry.piston_motion(scene).excursion[1] > first.excursion[1]
+
+
+BLOCKS = {  # blocks in a tank from 0 to 1, and the start that they get
+    "a column in the corner": ([([0, 0], [0.3, 0.6])], "converged"),
+    "a full width": ([([0, 0], [1, 0.4])], "hydrostatic"),
+    "a step": ([([0, 0], [0.3, 0.6]), ([0.3, 0], [1, 0.3])], "converged"),
+    "side by side": ([([0, 0], [0.3, 0.4]), ([0.3, 0], [1, 0.4])], "hydrostatic"),
+    "stacked": ([([0, 0], [1, 0.2]), ([0, 0.2], [0.5, 0.4]), ([0.5, 0.2], [1, 0.4])], "hydrostatic"),
+    "a drop over a pool": ([([0, 0], [1, 0.2]), ([0.4, 0.6], [0.6, 0.8])], "converged"),
+}
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_water_with_a_free_side_starts_from_a_converged_pressure(name):
+    boxes, start = BLOCKS[name]
+    fluid = {"blocks": [{"min": low, "max": high} for low, high in boxes]}
+    data = {"spacing": 0.02, "duration": 1.0, "tank": {"min": [0, 0], "max": [1, 1]}, "fluid": fluid}
+    assert geometry.start(Scene.model_validate(data)) == start
+    assert geometry.start(Scene.model_validate(data | {"gravity": 0.0})) == "hydrostatic"
+    assert geometry.start(Scene.model_validate(data | {"fluid": fluid | {"start": "zero"}})) == "zero"
+    open_end = data | {"tank": data["tank"] | {"walls": ["x-", "z-"]}}
+    assert geometry.start(Scene.model_validate(open_end)) == "converged"
+
+
+def test_water_up_to_the_still_water_level_starts_hydrostatic():
+    assert geometry.start(Scene.model_validate(LOW | {"fluid": {}})) == "hydrostatic"

@@ -33,7 +33,7 @@ def refusal(path, *overrides) -> str:
         (
             f"spacing = 0.01\nduration = 1\n[tank]\nmin = [0, -1]\nmax = [1e5, 1e5]\nwalls = []\n{BLOCK}",
             "tank",
-            "takes 5.71e+13 cells",
+            "is 1e+07 spacings long",
         ),
         ("spacing = 0.1\nduration = 1e12\n[tank]\nmin = [0, -1]\nmax = [1, 1]\n", "duration", "1.96e+13 steps"),
         (

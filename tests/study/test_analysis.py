@@ -112,6 +112,38 @@ def test_figures_of_a_run_in_regular_waves(flap_scene):
         wave_figures.figures(flap_run(flap_scene), flap_scene, start=11.0)
 
 
+def test_a_body_that_drifts_meets_the_waves_later_and_its_amplitudes_are_found(flap_scene):
+    data = flap_run(flap_scene)
+    t, omega = data.time.values, 2 * math.pi / 1.5
+    k = wavenumber(omega, 0.7, 9.81)
+    met, drift = omega - k * 0.03, 0.03
+    place, turn = data.body_position.values * 0.0, np.zeros((len(t), 1, 4))
+    place[:, 0, 0] = 1.0 + drift * t + 0.05 * np.cos(met * t)
+    place[:, 0, 2] = 0.06 * np.cos(met * t + 0.4)
+    half = 0.5 * 0.1 * np.sin(met * t)
+    turn[:, 0, 0], turn[:, 0, 2] = np.cos(half), np.sin(half)
+    data["body_position"] = ("time", "body", "axis"), place
+    data["body_quaternion"] = ("time", "body", "wxyz"), turn
+    found = {f.key: f.value for f in wave_figures.figures(data, flap_scene, start=6.0)}
+    amplitude = 0.07
+    assert found["drift.flap"] == pytest.approx(drift, rel=1e-3)
+    assert found["encounter_period.flap"] == pytest.approx(2 * math.pi / met, rel=1e-4)
+    assert found["surge_rao.flap"] == pytest.approx(0.05 / amplitude, rel=1e-3)
+    assert found["heave_rao.flap"] == pytest.approx(0.06 / amplitude, rel=1e-3)
+    assert found["pitch_rao.flap"] == pytest.approx(0.1 / amplitude, rel=1e-3)
+
+
+def test_a_hammer_of_one_sample_is_no_largest_pressure():
+    t = np.arange(0.0, 1.0, 0.001)
+    p = np.full(len(t), 3000.0)
+    p[500] = 75000.0
+    over, mean = wave_figures.running_mean(t, p, 0.01)
+    assert over == 0.01 and mean.max() == pytest.approx(3000 + 72000 * 0.1, rel=1e-6)
+    coarse, mean = wave_figures.running_mean(t[::20], p[::20], 0.01)
+    assert coarse == pytest.approx(0.04)  # three samples
+    assert wave_figures.running_mean(t[:4], p[:4], 0.01)[1] == pytest.approx([3000.0])
+
+
 def test_peak_is_exact_for_a_parabola_over_the_logarithm():
     x = np.array([1.0, 10.0, 40.0, 100.0, 1000.0])
     place, height, inside = peak(x, 5.0 - (np.log(x) - math.log(30.0)) ** 2)

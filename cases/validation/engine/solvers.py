@@ -26,4 +26,5 @@ SOLVERS: dict[str, dict] = {
     "no_relaxation": {"density_relaxation": 0.0},
     "relaxation10": {"density_relaxation": _relaxed(10.0)},
     "shifting": {"shifting": 0.2},
+    "iisph": {"solver": "iisph"},
 }

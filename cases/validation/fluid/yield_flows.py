@@ -81,7 +81,7 @@ def channel(spacing: float, folder) -> dict:
     return {
         "duration": 1.0,
         "gravity": 0.0,
-        "tank": {"min": [0.0, 0.0], "max": [0.5 * GAP, GAP], "walls": ["z-", "z+"], "periodic": ["x"]},
+        "tank": {"min": [0.0, 0.0], "max": [GAP, GAP], "walls": ["z-", "z+"], "periodic": ["x"]},
         "fluid": {
             "density": DENSITY,
             "rheology": law,
@@ -98,7 +98,7 @@ def incline(spacing: float, folder) -> dict:
     return {
         "duration": 3.0,
         "gravity": 9.81 * math.cos(SLOPE),
-        "tank": {"min": [0.0, 0.0], "max": [0.5 * DEPTH, 1.5 * DEPTH], "walls": ["z-"], "periodic": ["x"]},
+        "tank": {"min": [0.0, 0.0], "max": [DEPTH, 1.5 * DEPTH], "walls": ["z-"], "periodic": ["x"]},
         "fluid": {
             "density": PACKING * GRAIN_DENSITY,
             "rheology": law,

@@ -1,0 +1,55 @@
+"""Cases whose errors compare several runs: each variant of a scene is run and measured, and a judge tells the errors."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from cases.validation.engine.case import Case, Measure, Row, met
+from cases.validation.engine.runner import Stopwatch, scene_of
+from fsi.errors import RunError
+from fsi.scene.binding import bind
+from fsi.simulation.loop import Simulation
+
+Variants = Callable[[float, Path], Mapping[str, dict]]  # spacing [m], folder -> plain scenes by name
+Judge = Callable[[Mapping[str, Any]], dict[str, float]]  # measures by name of the variant -> errors
+
+
+def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[[Case, str, str], tuple[Row, str]]:
+    """The `run` of such a `Case`; the row adds all runs up."""
+
+    def run(case: Case, level: str, solver: str) -> tuple[Row, str]:
+        seen: dict[str, Measure] = {}
+        sims, watches, reason = [], [], ""
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                for name, data in variants(case.spacing[level], Path(folder)).items():
+                    one = Case(case.name, "", "", case.spacing, lambda spacing, folder, data=data: data, None, {})
+                    scene = scene_of(one, level, solver, Path(folder))
+                    bodies, coupler, ground = bind(scene, f"{case.name}, {name}")
+                    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground)
+                    sims.append(sim)
+                    seen[name] = measure(sim)
+                    watches.append(Stopwatch(seen[name]))
+                    sim.run(on_step=watches[-1])
+                    sim.team.close()
+                found = judge(seen)
+                error = {name: float(value) if math.isfinite(value) else None for name, value in found.items()}
+            except RunError as fault:
+                error, reason = dict.fromkeys(case.target), str(fault)
+        steps = sum(sim.step_count for sim in sims)
+        time = sum(sim.time for sim in sims)
+        row = Row(
+            case=case.name, level=level, solver=solver, spacing=case.spacing[level], dimension=sims[0].scene.dimension,
+            particles=max(sim.fluid.count for sim in sims), steps=steps,
+            particle_steps=sum(watch.particle_steps for watch in watches), time_step=time / max(steps, 1),
+            wall_seconds=sum(watch.seconds for watch in watches), simulated_seconds=time,
+            memory_bytes=max(sim.memory_bytes for sim in sims), error=error, target=dict(case.target),
+            passed=all(met(error[name], target) for name, target in case.target.items()),
+        )  # fmt: skip
+        return row, reason
+
+    return run

@@ -1,0 +1,97 @@
+"""Blocks of fluid filled with particles: on the tank's lattice, or on one of their own along a slope."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsi.particles.tank import axis, lattice
+from fsi.protocols import Solid
+from fsi.scene.geometry import WHOLE, cell
+from fsi.scene.model import Block, Scene
+from fsi.scene.region import contains, corners, shaped, spans, volume
+
+FILLED = 0.02  # share by which the fluid of a shape may differ from its volume without a note
+
+Filling = tuple[Block, int]  # a block, and the number of its liquid
+
+
+def fillings(scene: Scene) -> list[Filling]:
+    """All blocks, with the number of their liquid; the other liquids' come first and hold their place."""
+    tank, fluid = scene.tank, scene.fluid
+    blocks = [(block, n) for n, liquid in enumerate(scene.all_liquids) for block in liquid.blocks if n]
+    if fluid.blocks:
+        return blocks + [(block, 0) for block in fluid.blocks]
+    return [*blocks, (Block(min=tank.min, max=(*tank.max[:-1], fluid.still_water_level)), 0)]
+
+
+def on_the_lattice(scene: Scene, block: Block) -> np.ndarray:
+    """Points (n, dim) of the tank's lattice in a block, without cells that the tank's far walls cut."""
+    tank, sides = scene.tank, cell(scene)
+    ends = zip(block.min, block.max, _room(scene), tank.min, sides, strict=True)
+    points = lattice([axis(a, min(b, r), o, side) for a, b, r, o, side in ends])
+    return points[contains(block, points, scene.spacing)] if shaped(block) else points
+
+
+def along_the_slope(scene: Scene, block: Block) -> np.ndarray:
+    """Points (n, dim) in a block of a lattice with rows at `block.angle`, that begins half a cell from the ends of the block
+    along and across them, and has cells of the volume of the tank's."""
+    tank, sides, a = scene.tank, cell(scene), math.radians(block.angle)
+    along, across = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
+    side, ends = math.sqrt(sides[0] * sides[-1]), corners(block)
+    turned = ends @ np.stack([along, across], 1)
+    flat = lattice([axis(p, q, p, side) for p, q in zip(turned.min(0), turned.max(0), strict=True)])
+    plane = flat[:, :1] * along + flat[:, 1:] * across
+    if scene.dimension == 2:
+        points = plane
+    else:
+        y = axis(block.min[1], min(block.max[1], _room(scene)[1]), tank.min[1], sides[1])
+        points = np.column_stack(
+            [np.repeat(plane[:, 0], len(y)), np.tile(y, len(plane)), np.repeat(plane[:, 1], len(y))]
+        )
+    points = points[((points > np.array(tank.min)) & (points < _room(scene))).all(1)]
+    return points[contains(block, points, scene.spacing)]
+
+
+def free(scene: Scene, before: list[Filling], solids: list[Solid], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the points (n, dim) that are neither in a block `before` nor in a solid, and their clearance from solids."""
+    for block, _ in before:  # blocks may overlap: the first one holds the particle
+        points = points[~contains(block, points, scene.spacing)]
+    clear = np.full(len(points), math.inf)
+    for solid in solids:
+        clear = np.minimum(clear, gap := solid.clearance(points))
+        fits = gap > 1e-6 * scene.spacing  # so that the volume is right on average
+        points, clear = points[fits], clear[fits]
+    return points, clear
+
+
+def load(points: np.ndarray, blocks: list[Filling], density: np.ndarray, spacing: float) -> np.ndarray:
+    """Mass per area [kg/m2] of the fluid straight above points (n, dim). Blocks of one liquid do not overlap."""
+    total, z = np.zeros(len(points)), points[:, -1:]
+    held = [spans(block, points, spacing) for block, _ in blocks]
+    for n, ((low, high), (_, liquid)) in enumerate(zip(held, blocks, strict=True)):
+        total += density[liquid] * np.maximum(0.0, high - np.maximum(low, z)).sum(1)
+        for other_low, other_high in held[:n]:  # what an earlier block holds of this one
+            shared_low = np.maximum(low[:, :, None], other_low[:, None])
+            shared_high = np.minimum(high[:, :, None], other_high[:, None])
+            length = np.maximum(0.0, shared_high - np.maximum(shared_low, z[:, None]))
+            total -= density[liquid] * length.sum((1, 2))
+    return total
+
+
+def uneven(scene: Scene, key: str, block: Block, count: int):
+    """A note where the particles of a shape, `count` before solids are taken out, stand for more or less than its volume."""
+    real, found = volume(block), count * math.prod(cell(scene))
+    if abs(found - real) > FILLED * real:
+        unit = "m2" if scene.dimension == 2 else "m3"
+        yield f"{key}: its shape has {real:.4g} {unit}; it starts with {found:.4g} {unit} of particles"
+
+
+def _room(scene: Scene) -> list[float]:
+    """Where the last cell that the tank's far walls do not cut may have its middle [m]."""
+    tank = scene.tank
+    return [
+        end - (0.5 - WHOLE) * side if f"{name}+" in tank.walls else math.inf
+        for name, end, side in zip(tank.axes, tank.max, cell(scene), strict=True)
+    ]
