@@ -19,7 +19,9 @@ PACE = 6.0  # shift along the surface: at most so much of the inner one for each
 
 
 @cache
-def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool = False):
+def make_advance(
+    dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool = False
+):
     """`advance(i, sums, chunk, ...)`: what `fsi.sph.corrector` does with the sums of particle i, in this order."""
     DIM, edged = dim, shifted and surface
     P, R = columns.field(dim).of("p r")
