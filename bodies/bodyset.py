@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 
@@ -295,6 +297,12 @@ class BodySet:
             way = f" {MOTIONS[dof - self.model.jnt_dofadr[joint]]}" if free else ""
             names.append("" if self._stepper.fixed[dof] else f"{name}{way}")
         return self._floating(self._scene).stiffness(self._still_forces), tuple(names)
+
+    def buoyancy(self) -> Callable[[], np.ndarray]:
+        """A function that gives the wrench (b, 6) of still water about the centres of mass, where the bodies stand when it is
+        called."""
+        water = self._floating(self._scene)
+        return lambda: water.wrenches(self.motion())
 
     def _floating(self, scene: Scene):
         from bodies.floating import Floating

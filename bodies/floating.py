@@ -104,7 +104,7 @@ class Floating:
             if np.abs(trial.xipos[ids, 2] - start).max() > reach:
                 return None
             motion = self._motion(trial, ids)
-            trial.xfrc_applied[ids] = self._wrenches(motion)
+            trial.xfrc_applied[ids] = self.wrenches(motion)
             trial.qfrc_applied[:] = extra(trial)
             mujoco.mj_step(model, trial)
             trial.qvel[~moving] = 0.0
@@ -131,7 +131,7 @@ class Floating:
                 )
                 mujoco.mj_integratePos(model, trial.qpos, sign * np.eye(nv)[dof], NUDGE)
                 mujoco.mj_fwdPosition(model, trial)
-                trial.xfrc_applied[ids] = self._wrenches(self._motion(trial, ids))
+                trial.xfrc_applied[ids] = self.wrenches(self._motion(trial, ids))
                 trial.qfrc_applied[:] = extra(trial)
                 mujoco.mj_fwdVelocity(model, trial)
                 mujoco.mj_fwdActuation(model, trial)
@@ -145,7 +145,7 @@ class Floating:
         nothing = np.empty(0)
         return BodyMotion(data.xipos[ids], data.xmat[ids].reshape(-1, 3, 3), nothing, nothing, nothing)
 
-    def _wrenches(self, motion: BodyMotion) -> np.ndarray:
+    def wrenches(self, motion: BodyMotion) -> np.ndarray:
         """Buoyancy as wrenches (b, 6)."""
         wrenches = np.zeros((len(self.hulls), 6))
         for b, found in enumerate(self.buoyancies(motion)):

@@ -102,7 +102,12 @@ def bench(
 
 
 def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md.")],
+    study: Annotated[
+        Path, typer.Argument(metavar="STUDY", help="A study file, see docs/guide/studies.md; a scene with --radiation.")
+    ],
+    radiation: Annotated[
+        bool, typer.Option("--radiation", help="Move every joint of a scene by force: added mass and damping.")
+    ] = False,
     workers: Annotated[
         int | None, typer.Option(min=0, help="Worker processes; as many as there are cores if not given.")
     ] = None,
@@ -127,7 +132,12 @@ def sweep(
         "trust": trust,
         "quiet": quiet,
     }
-    result = runner.sweep(study, out=out, **options)
+    source: object = study
+    if radiation:
+        from cases.study.radiation import radiation_study
+
+        source = radiation_study(study)
+    result = runner.sweep(source, out=out, **options)
     from cases.study.summary import summary, summary_lines
 
     facts = summary(result, [kind for kind, wanted in (("csv", csv), ("parquet", parquet)) if wanted])
@@ -138,9 +148,24 @@ def sweep(
         raise RunError(f"{failed} of {facts['runs']} runs failed")
 
 
-def report(directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run or a study.")]) -> None:
-    """Write the report of a run or a study: one HTML page, and its plots as PNG."""
-    print(runner.report(directory))
+def report(
+    directories: Annotated[
+        list[Path],
+        typer.Argument(metavar="DIR...", help="The folder of a run or a study; of two or more, to compare them."),
+    ],
+    scale: Annotated[
+        float | None, typer.Option(metavar="N", help="Full size over model: figures at full scale by Froude's law.")
+    ] = None,
+    scatter: Annotated[
+        Path | None,
+        typer.Option(metavar="CSV", help="How often which sea occurs (Hs, Tp): mean annual energy of a power matrix."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page of a comparison; comparison.html if not given.")
+    ] = None,
+) -> None:
+    """Write the report of a run or a study, or compare several: one HTML page, and its plots as PNG."""
+    print(runner.report(*directories, scale=scale, scatter=scatter, out=out))
 
 
 def new(

@@ -1,16 +1,39 @@
-"""The page of a folder, whatever it holds: a run or a study."""
+"""The page of a folder, whatever it holds: a run or a study; or of several, which are compared."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from fsi.errors import SceneError
 
-def report(directory: str | Path) -> Path:
-    """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
+
+def report(
+    *directories: str | Path,
+    scale: float | None = None,
+    scatter: str | Path | None = None,
+    out: str | Path | None = None,
+) -> Path:
+    """Write the page of the folder of a run or of a study and return its file, `report.html` in it; of two or more folders the
+    page that compares them, `out` (`comparison.html`). `scale` is full size over model: figures at full scale by Froude's law;
+    `scatter` is a table of seas, from which a power matrix makes the mean annual energy. Raises SceneError where a folder holds
+    neither run nor study, or an option has nothing to act on."""
+    if len(directories) > 1:
+        for key, value in (("--scale", scale), ("--scatter", scatter)):
+            if value is not None:
+                raise SceneError("is of no use to a comparison", key=key, fix="write the report of one folder with it")
+        from cases.report.compare import compare
+
+        return compare(directories, out or "comparison.html")
+    if out is not None:
+        fix = "leave it out: the page is report.html in the folder"
+        raise SceneError("is the page of a comparison", key="--out", fix=fix)
+    [directory] = directories
     if Path(directory, "run.json").is_file():
+        if scatter is not None:
+            raise SceneError("is of no use to a run", key="--scatter", fix="give the folder of a power matrix study")
         from cases.report.run import report as of_run
 
-        return of_run(directory)
+        return of_run(directory, scale=scale)
     from cases.study.report import report as of_study
 
-    return of_study(directory)
+    return of_study(directory, scale=scale, scatter=scatter)

@@ -197,6 +197,7 @@ def check(
             controller_of(scene, label)
     floats = bodies.hydrostatics() if bodies else {}  # before the bodies are moved
     from fsi.estimate import checkpoint_cost, estimate, measured, shared
+    from fsi.scene.check_sea import sea_summary
     from fsi.scene.check_waves import wave_summary
 
     cost = estimate(scene, bodies, ground)
@@ -215,7 +216,7 @@ def check(
     return {
         "scene": scene,
         "estimate": cost,
-        "waves": wave_summary(scene),
+        "waves": wave_summary(scene) + sea_summary(scene),
         "hydrostatics": floats,
         **({"natural_periods": natural} if periods else {}),
         "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
@@ -252,9 +253,10 @@ def sweep(study: Any, **options: Any) -> Any:
     return function("sweep")(study, **options)
 
 
-def report(directory: str | Path) -> Path:
-    """Write the page of the folder of a run or of a study and return its file. Raises SceneError where it holds none."""
-    page: Path = function("report")(directory)
+def report(*directories: str | Path, **options: Any) -> Path:
+    """Write the page of the folder of a run or of a study, or one that compares several, and return its file; options are
+    those of `cases.pages.report`. Raises SceneError where a folder holds none."""
+    page: Path = function("report")(*directories, **options)
     return page
 
 

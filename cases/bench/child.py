@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import subprocess
@@ -15,6 +14,7 @@ import time
 from pathlib import Path
 
 from fsi.errors import RunError
+from fsi.strict_json import dumps, loads
 
 # Packages that only some scenes need (scipy is not among them: numba imports it wherever it is installed).
 OPTIONAL = ("mujoco", "trimesh", "rerun", "pyarrow", "pandas", "mcap", "google", "xarray", "matplotlib")
@@ -24,7 +24,7 @@ SCENE_STEP = 1e-3  # simulated seconds that the dam break is run for: within its
 def first_step(scene, cache: Path) -> dict:
     """Facts on a process that makes the first step of a scene, with numba's compiled code in the folder `cache`:
     processor_s [s], packages and `optional`, the heavy ones among them."""
-    return json.loads(_python("cases.bench.child", cache=cache, text=scene.model_dump_json()).stdout)
+    return loads(_python("cases.bench.child", cache=cache, text=scene.model_dump_json()).stdout)
 
 
 def start_up(cache: Path, scene: str = "dam_break") -> list[dict]:
@@ -35,7 +35,7 @@ def start_up(cache: Path, scene: str = "dam_break") -> list[dict]:
         arguments = ["run", scene, "--until", str(SCENE_STEP), "--quiet", "--json"]
         done = _python("fsi", *arguments, cache=cache)
         row = {"cache": name, "wall_s": time.perf_counter() - wall, "processor_s": _children() - before}
-        rows.append(row | {"steps": json.loads(done.stdout)["steps"]})
+        rows.append(row | {"steps": loads(done.stdout)["steps"]})
     return rows
 
 
@@ -64,7 +64,7 @@ def main() -> None:
     from fsi.scene.model import Scene
     from fsi.simulation.loop import Simulation
 
-    scene = Scene.model_validate(json.load(sys.stdin))
+    scene = Scene.model_validate(loads(sys.stdin.read()))
     bodies, coupler, ground = bind(scene, scene.name)
     recorders = open_recorders(scene, Path("."))
     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=1)
@@ -74,7 +74,7 @@ def main() -> None:
     names = {name.partition(".")[0] for name in sys.modules}
     packages = sorted(name for name in names - sys.stdlib_module_names if not name.startswith("_"))
     facts = {"processor_s": time.process_time(), "packages": packages}
-    print(json.dumps(facts | {"optional": [name for name in OPTIONAL if name in packages]}))
+    print(dumps(facts | {"optional": [name for name in OPTIONAL if name in packages]}))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ import copy
 import importlib
 import importlib.util
 import io
-import json
 import os
 import runpy
 import subprocess
@@ -25,6 +24,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+
+from fsi.strict_json import dumps, loads
 
 HERE = Path(__file__).resolve().parents[2]
 KEPT = (1, 2, 5, 12, 30, 80)  # of a kernel's calls; the last of these stands
@@ -131,13 +132,13 @@ def serve() -> None:
     """Answer requests, one a line: the command of a run, or a kernel of that run, seconds and a file for its arrays."""
     answers, calls = sys.stdout, None
     for line in sys.stdin:
-        request = json.loads(line)
+        request = loads(line)
         if "run" in request:
             calls = Calls(request["run"])
             answer = list(calls.named)
         else:
             answer = calls.measure(**request)
-        print(json.dumps(answer), file=answers, flush=True)
+        print(dumps(answer), file=answers, flush=True)
 
 
 # ------------------------------------------------------------------------------------- one or two of them, in turns
@@ -154,11 +155,11 @@ class Checkout:
         )  # fmt: skip
 
     def ask(self, **request):
-        print(json.dumps(request), file=self._process.stdin, flush=True)
+        print(dumps(request), file=self._process.stdin, flush=True)
         answer = self._process.stdout.readline()
         if not answer:
             raise RuntimeError(f"{self.folder}: the process ended with {self._process.wait()}")
-        return json.loads(answer)
+        return loads(answer)
 
     def close(self) -> None:
         self._process.stdin.close()

@@ -47,3 +47,24 @@ def legend(panel) -> None:
     if len(names) > 1:
         place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
         panel.legend(handles, names, fontsize=11, frameon=False, **place)
+
+
+def heat_map(panel, x, y, values, *, xlabel: str, ylabel: str, label: str) -> None:
+    """A matrix (y, x) as coloured cells with the value written in each; the cells stand side by side, however far their values
+    of x and y lie apart."""
+    import numpy as np
+
+    values = np.asarray(values, float)
+    image = panel.pcolormesh(
+        np.arange(len(x)), np.arange(len(y)), values, cmap="viridis", edgecolors="white", linewidth=1
+    )
+    middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
+    for (row, column), value in np.ndenumerate(values):
+        colour = "0.5" if np.isnan(value) else "white" if value < middle else "black"
+        text = "none" if np.isnan(value) else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+        panel.text(column, row, text, ha="center", va="center", color=colour, fontsize=11 if len(x) <= 12 else 8)
+    panel.set_xticks(range(len(x)), [f"{v:.4g}" for v in x])
+    panel.set_yticks(range(len(y)), [f"{v:.4g}" for v in y])
+    panel.set(xlabel=xlabel, ylabel=ylabel)
+    panel.grid(False)
+    panel.figure.colorbar(image, ax=panel, label=label)

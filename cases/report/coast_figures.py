@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from cases.report.figure import Figure, exceeded
+from cases.report.figure import Figure, exceeded, load_figures
 from fsi.scene.geometry import wave_depth
 from fsi.scene.model import Scene
 from fsi.waves import wavenumber
@@ -33,13 +33,8 @@ def coast_figures(part, scene: Scene, period: float | None, regular: bool, settl
 def _loads(part) -> Iterator[Figure]:
     for name in map(str, part.structure.values) if "structure" in part.dims else ():
         for kind, units in (("force", "N"), ("torque", "N m")):
-            load = np.linalg.norm(part[f"load_{kind}"].sel(structure=name).values, axis=1)
-            load = load[np.isfinite(load)]
-            if load.size:
-                largest, level = float(load.max()), exceeded(load)
-                yield Figure(f"load_{kind}_max", largest, units, f"largest {kind} on the structure", "structure", name)
-                long_name = f"{kind} on the structure exceeded 1 % of the time"
-                yield Figure(f"load_{kind}_1pct", level, units, long_name, "structure", name)
+            load = part[f"load_{kind}"].sel(structure=name).values
+            yield from load_figures(load, f"load_{kind}", units, f"{kind} on the structure", "structure", name)
 
 
 def _overtopping(part, scene: Scene, period: float | None, regular: bool) -> Iterator[Figure]:

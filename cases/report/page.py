@@ -23,6 +23,7 @@ from pathlib import Path
 from fsi.errors import SceneError
 from fsi.record.files import new_file, write_text
 
+MADE_BY = '<meta name="generator" content="Spindrift">'
 DPI = 144  # of the PNGs, one and a half times what a page 1200 px wide shows
 
 STYLE = """
@@ -70,7 +71,7 @@ class Page:
             *(section.html() for section in self.sections),
         ]
         body = "\n".join(filter(None, parts))
-        head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
+        head = f'<meta charset="utf-8">{MADE_BY}<meta name="viewport" content="width=device-width, initial-scale=1">'
         return (
             f'<!DOCTYPE html>\n<html lang="en"><head>{head}<title>{escape(self.title)}</title>'
             f"<style>{STYLE}</style></head>\n<body><main>\n{body}\n</main></body></html>\n"

@@ -8,6 +8,8 @@ import numpy as np
 
 from cases.report import charts, wave_figures
 from cases.report.figure import exceeded
+from cases.report.froude import check_scale, power
+from cases.report.largest import largest_load
 from cases.report.page import Page, Section
 from cases.report.scene_facts import scene_facts
 from cases.report.snapshot import snapshot_figure
@@ -36,8 +38,9 @@ SMALL = 1e-9  # share of the largest component, below which one is left out of a
 SNAPSHOTS = 4
 
 
-def report(folder: str | Path) -> Path:
-    """Write `report.html` and its PNGs (`report/`) into the folder of a run; returns the page.
+def report(folder: str | Path, *, scale: float | None = None) -> Path:
+    """Write `report.html` and its PNGs (`report/`) into the folder of a run; returns the page. With `scale`, full size over
+    model, the key figures stand beside those at full scale by Froude's law.
 
     Raises SceneError where the folder holds no run or no log."""
     folder = Path(folder)
@@ -47,9 +50,10 @@ def report(folder: str | Path) -> Path:
     _summary(page.section("Summary"), scene, facts)
     if data.attrs["damage"]:
         page.section("Damage").text(data.attrs["damage"])
-    _figures(page.section("Key figures"), data, scene)
+    seconds = _figures(page.section("Key figures"), data, scene, scale)
     _series(page.section("Time series"), data)
     _snapshots(page.section("Particles"), folder, data, scene)
+    largest_load(page, folder, data, scene, seconds)
     _books(page.section("Energy and momentum"), data, facts)
     _cost(page.section("Run time"), facts)
     _events(page.section("Warnings and events"), data, facts)
@@ -74,22 +78,36 @@ def _summary(section: Section, scene: Scene, facts: dict) -> None:
     )
 
 
-def _figures(section: Section, data, scene: Scene) -> None:
-    """Response, power and loads in settled waves; of a run without waves, or too short for them, over all of it."""
+def key_figures(data, scene: Scene) -> tuple[list, float, str]:
+    """Response, power and loads in settled waves, of a run without waves over all of it; the seconds they are taken from, and
+    which those are in words. A run that ends before the waves have settled has loads and elevations alone."""
     start = None if scene.waves else 0.0
     try:
         found = wave_figures.figures(data, scene, start=start)
         seconds = wave_figures.measured_seconds(data, scene, start)
+        which = f"the last {seconds:.4g} s, in which the waves have come to the body" if scene.waves else ""
+        return found, seconds, which or f"all {seconds:.4g} s"
     except SceneError:
+        end = float(data.time[-1]) if data.sizes["time"] else 0.0
+        begin = wave_figures.jolt(scene) if scene.waves else 0.0
+        begin = begin if begin < end else 0.0
+        kept = ("_max", "_peak", "_1pct", "_static", "_rms", "discharge_mean", "per_metre", "end_stop", "end_stop_hits")
+        found = [figure for figure in _whole(data, scene, begin) if figure.name.endswith(kept)]
+        return (
+            found,
+            end - begin,
+            f"all {end:.4g} s" if begin == 0.0 else f"all but the first {begin:.2g} s of the start",
+        )
+
+
+def _figures(section: Section, data, scene: Scene, scale: float | None) -> float:
+    """The table of key figures, at full scale too where that is asked for; returns the seconds they are taken from."""
+    found, seconds, which = key_figures(data, scene)
+    if scene.waves and not which.startswith("the last"):
         section.text(
             "The run ends before the waves have settled at the body and gone through a whole period there: no response "
-            "and no mean power. Loads are over the whole run."
+            f"and no mean power. Loads are over {which}."
         )
-        start = 0.0
-        found = [
-            f for f in _whole(data, scene) if f.name.endswith(("_max", "_1pct", "_rms", "discharge_mean", "per_metre"))
-        ]
-        seconds = float(data.time[-1]) if data.sizes["time"] else 0.0
     errors = {f.key: f.value for f in found if f.name.endswith("_error")}
     rows = []
     for figure in found:
@@ -98,18 +116,29 @@ def _figures(section: Section, data, scene: Scene) -> None:
         error = errors.get(figure.key.replace(figure.name, f"{figure.name}_error"), np.nan)
         margin = f" ± {error:.2g}" if np.isfinite(error) else ""
         rows.append([figure.long_name, figure.label, f"{figure.value:.4g}{margin}", figure.units])
-    window = (
-        f"the last {seconds:.4g} s, after the ramp and the waves' way to the body"
-        if scene.waves and start is None
-        else ""
+    rows += _sensor_rows(data, seconds)
+    heads = ["figure", "of", "value", "unit"]
+    if scale is not None:
+        heads.append(f"at {check_scale(scale):g} times the size")
+        rows = [[*row, _full(row, scale)] for row in rows]
+    caption = (
+        f"Over {which}; ± is the 95 % confidence interval of a mean; static is the mean of the middle half of the values, "
+        "dynamic the rest"
     )
-    caption = f"Over {window or f'all {seconds:.4g} s'}; ± is the 95 % confidence interval of a mean"
-    section.table(["figure", "of", "value", "unit"], [*rows, *_sensor_rows(data, seconds)], caption=caption)
+    section.table(heads, rows, caption=caption)
+    if scale is not None:
+        section.text("Full scale is by Froude's law in water of the same density; viscous forces do not go by it.")
+    return seconds
 
 
-def _whole(data, scene: Scene) -> list:
+def _full(row: list[str], scale: float) -> str:
+    n = power(row[3])
+    return "unknown unit" if n is None else f"{float(row[2].split()[0]) * scale**n:.4g} {row[3]}"
+
+
+def _whole(data, scene: Scene, start: float) -> list:
     try:
-        return wave_figures.figures(data, scene.model_copy(update={"waves": None}), start=0.0)
+        return wave_figures.figures(data, scene.model_copy(update={"waves": None}), start=start)
     except SceneError:
         return []
 

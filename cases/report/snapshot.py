@@ -19,11 +19,12 @@ from fsi.scene.model import Scene
 SLICE = 1.5  # half the thickness in spacings of the slice that is drawn of a three-dimensional run
 WIDE = 3.0  # length over height of a tank, above which its panels stand one over the other
 BODY = "#9aa0a6"
+ARROW = 0.25  # length of an arrow over the height of the tank
 
 
-def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene):
-    """A figure with one panel for each snapshot nearest to these times [s], and its caption. Raises SceneError where the
-    recording has none."""
+def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene, arrows=()):
+    """A figure with one panel for each snapshot nearest to these times [s], and its caption. `arrows` are forces, each from a
+    place (3,) [m] in a direction (3,). Raises SceneError where the recording has none."""
     shots = read_snapshots(recording, list(times))
     if not shots:
         raise SceneError("the timeline has no particles", fix="run the scene with output.particles above 0")
@@ -35,6 +36,8 @@ def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene)
     visuals, field = visuals_of(scene), scene.output.fields[0]
     for panel, shot in zip(panels, shots, strict=False):
         _panel(panel, shot, scene, visuals, data)
+        for place, direction in arrows:
+            _arrow(panel, place, direction, ARROW * (scene.tank.max[-1] - scene.tank.min[-1]))
     for panel in panels[len(shots) :]:
         panel.remove()
     _legend(figure, panels[: len(shots)], scene, field)
@@ -68,6 +71,16 @@ def _panel(panel, shot, scene: Scene, visuals, data) -> None:
     )
     panel.set_title(f"t = {shot.time:.3f} s", loc="left", fontsize=13)
     panel.grid(visible=False)
+
+
+def _arrow(panel, place: np.ndarray, direction: np.ndarray, length: float) -> None:
+    """An arrow of this length [m] in the plane of the panel."""
+    flat = np.array([direction[0], direction[2]])
+    size = float(np.linalg.norm(flat))
+    if size > 0:
+        start = np.array([place[0], place[2]])
+        style = {"arrowstyle": "-|>", "color": "#c2185b", "linewidth": 2.5, "mutation_scale": 18}
+        panel.annotate("", xy=start + length * flat / size, xytext=start, arrowprops=style, zorder=6)
 
 
 def _legend(figure, panels, scene: Scene, field: str) -> None:

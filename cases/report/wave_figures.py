@@ -7,17 +7,21 @@ over whole periods. Phases count from the crest of the incident wave at the body
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from cases.report.coast_figures import coast_figures
-from cases.report.figure import Figure, exceeded
+from cases.report.figure import Figure, load_figures
 from fsi.errors import SceneError
-from fsi.scene.geometry import wave_depth
+from fsi.scene.geometry import piston_motion, wave_depth
 from fsi.scene.model import Scene
 from fsi.waves import wavenumber
 
+JOLT = 2.0  # sqrt(depth / g) that the jolt of a run's first steps lasts
+MOVED = 0.01  # share of the piston's stroke
+STOP = re.compile(r"joint '(.+)' at its (?:(upper|lower) )?limit(?:, (\S+) (rad|m))?")
 PRESSURE_MEAN = 0.01  # s over which the largest pressure is a mean, at least; of three samples or more
 STUDENT_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)  # two-sided, 1, 2, ... degrees of freedom
 
@@ -54,14 +58,36 @@ def mean_and_error(values: np.ndarray, batches: int) -> tuple[float, float]:
 
 
 def settled(scene: Scene, place: float) -> float:
-    """When the waves have settled at x = `place` [m]: their ramp, and their way there at the group speed [s]."""
+    """When the waves have settled at x = `place` [m]: their ramp, and their way there at the group speed [s]. Of waves that
+    pass, when they can first be there: what comes before is the water at rest, and the jolt of the run's first steps."""
     waves = scene.waves
     period = wave_period(scene)
-    if waves is None or period is None:
+    if waves is None:
         return 0.0
+    if period is None:
+        return arrival(scene, place)
     ramp = getattr(waves, "ramp", None)
     speed = group_speed(2 * math.pi / period, wave_depth(scene), scene.gravity)
-    return (2 * period if ramp is None else ramp) + max(place - scene.tank.min[0], 0.0) / speed
+    ramp = 2 * period if ramp is None else ramp
+    return max(ramp + max(place - scene.tank.min[0], 0.0) / speed, jolt(scene))
+
+
+def jolt(scene: Scene) -> float:
+    """How long the jolt of a run's first steps lasts in water at rest [s]."""
+    return JOLT * math.sqrt(wave_depth(scene) / scene.gravity) if scene.gravity else 0.0
+
+
+def arrival(scene: Scene, place: float) -> float:
+    """The earliest time [s] at which the piston's waves can be at x = `place` [m]: it has moved by a hundredth of its stroke,
+    and long waves have gone there over water that is a quarter deeper. Not before the jolt of the start is over."""
+    depth, motion = wave_depth(scene), piston_motion(scene)
+    if motion is None:
+        return jolt(scene)
+    times = np.linspace(0.0, scene.duration, 4001)
+    way = np.array([motion(float(t))[0] for t in times])
+    moved = np.abs(way - way[0]) > MOVED * max(float(np.ptp(way)), 1e-12)
+    begin = float(times[max(int(np.argmax(moved)) - 1, 0)]) if moved.any() else 0.0
+    return max(begin + max(place - scene.tank.min[0], 0.0) / math.sqrt(1.25 * scene.gravity * depth), jolt(scene))
 
 
 def wave_period(scene: Scene) -> float | None:
@@ -106,6 +132,7 @@ def figures(data, scene: Scene, *, start: float | None = None, device_width: flo
     width = device_width or (scene.tank.width if scene.dimension == 2 else None)
     return [
         *_joints(part, scene, period),
+        *_end_stops(part),
         *_power(part, scene, period, width),
         *_bodies(part),
         *_answers(part, scene, period),
@@ -177,13 +204,29 @@ def energy_period_ratio(waves) -> float:
     return float((density / f).sum() / density.sum())
 
 
+def _end_stops(part) -> Iterator[Figure]:
+    """How often each joint came to an end stop, and where that is, of the joints that did."""
+    if "joint" not in part.dims or "event_text" not in part:
+        return
+    kinds = dict(zip(part.joint.values, part.joint_kind.values, strict=True)) if "joint_kind" in part.coords else {}
+    hits: dict[str, list[float]] = {}
+    begin = float(part.time[0])
+    for time, text in zip(part.event_time.values, part.event_text.values, strict=True):
+        if (found := STOP.search(str(text))) and time >= begin and found[1] in part.joint.values:
+            hits.setdefault(found[1], []).append(abs(float(found[3])) if found[3] else math.nan)
+    for name in map(str, part.joint.values):
+        stops = hits.get(name, [])
+        yield Figure("end_stop_hits", float(len(stops)), "1", "times that the joint came to an end stop", "joint", name)
+        if stops:
+            units = "rad" if kinds.get(name) == "hinge" else "m"
+            yield Figure("end_stop", max(stops), units, "position of the end stop that was reached", "joint", name)
+
+
 def _bodies(part) -> Iterator[Figure]:
     for name in map(str, part.body.values) if "body" in part.dims else ():
         for kind, units in (("force", "N"), ("torque", "N m")):
-            load = np.linalg.norm(part[f"body_{kind}"].sel(body=name).values, axis=1)
-            yield Figure(f"{kind}_max", float(load.max()), units, f"largest fluid {kind}", "body", name)
-            level = exceeded(load)
-            yield Figure(f"{kind}_1pct", level, units, f"fluid {kind} exceeded 1 % of the time", "body", name)
+            load = part[f"body_{kind}"].sel(body=name).values
+            yield from load_figures(load, kind, units, f"fluid {kind}", "body", name)
 
 
 def _answers(part, scene: Scene, period: float | None) -> Iterator[Figure]:

@@ -14,7 +14,9 @@ from xml.etree import ElementTree
 
 from cases.report.wave_figures import energy_period_ratio
 from cases.study import mjcf_edit
+from cases.study.carriage import carried
 from cases.study.plan import Study, Value
+from cases.study.radiation import forced
 from fsi.errors import SceneError
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
@@ -46,8 +48,13 @@ def design(study: Study, values: Mapping[str, Value], runs: Path) -> Design:
     Raises SceneError where the scene cannot be.
     """
     keys = {study.parameters[name].key: value for name, value in values.items()}
-    scene_keys, mjcf_keys, arguments = _sorted({**DEFAULTS, **study.settings, **keys})
-    if not mjcf_keys and not arguments and study.script is None:
+    given = {**DEFAULTS, **study.settings, **keys}
+    free = False
+    if study.routine == "radiation":
+        base = _load(study, {})
+        given, free = forced(given, base), bool(carried(base))
+    scene_keys, mjcf_keys, arguments = _sorted(given)
+    if not mjcf_keys and not arguments and study.script is None and not free:
         scene = _scene(study, scene_keys)
         return Design(dict(values), scene, runs / digest(scene))
     runs.mkdir(parents=True, exist_ok=True)
@@ -57,6 +64,10 @@ def design(study: Study, values: Mapping[str, Value], runs: Path) -> Design:
             scene_keys |= _build(study.script, staging, arguments)
         scene = _scene(study, scene_keys)
         scene_keys |= _edited(scene, mjcf_keys, staging)
+        if study.routine == "radiation":
+            scene_keys |= _written(
+                {name: root for name, (root, _) in carried(_scene(study, scene_keys)).items()}, staging
+            )
         name = digest(_scene(study, scene_keys))
         inputs = runs / name / "inputs"
         if not inputs.is_dir():
@@ -109,6 +120,11 @@ def _scene(study: Study, keys: Mapping[str, object]) -> Scene:
     return _load(study, keys)
 
 
+def base_scene(study: Study) -> Scene:
+    """The scene of a study with what `set` says of it, before any parameter and script."""
+    return _load(study, _sorted(study.settings)[0])
+
+
 def _load(study: Study, keys: Mapping[str, object]) -> Scene:
     return load_scene(study.scene, [f"{key}={_toml(value)}" for key, value in keys.items()])
 
@@ -159,6 +175,11 @@ def _edited(scene: Scene, keys: Mapping[str, object], folder: Path) -> dict[str,
         if body not in trees:
             trees[body] = mjcf_edit.read(file)
         mjcf_edit.change(trees[body], attribute, value, file.name)
+    return _written(trees, folder)
+
+
+def _written(trees: Mapping[str, ElementTree.Element], folder: Path) -> dict[str, str]:
+    """Write body files: `bodies.NAME.mjcf` -> path."""
     made = {}
     for body, root in trees.items():
         path = folder / f"{body}.xml"

@@ -132,13 +132,24 @@ class Measure(Part):
 
 
 class Bem(Part):
-    """Linear potential theory to compare a RAO with."""
+    """Linear potential theory to compare a RAO, added mass and damping with."""
 
     file: FilePath  # netCDF of Capytaine
-    dof: str  # its degree of freedom that is the joint
-    joint: str = ""  # empty: the first one
+    dof: str = ""  # its degree of freedom that is the joint
+    dofs: dict[str, str | dict[str, Number]] = Field(
+        default_factory=dict
+    )  # of several joints: how each moves those of the file
+    joint: str = ""  # that `dof` is of, and that the power take-off is on; empty: the first one
     damping: NonNegative | str = 0.0  # of the power take-off, or the parameter that holds it [N s/m or N m s/rad]
     stiffness: NonNegative = 0.0  # of the power take-off [N/m or N m/rad]
+
+    @model_validator(mode="after")
+    def _joints(self):
+        if bool(self.dof) == bool(self.dofs):
+            raise ValueError("give one of dof, for a single joint, and dofs, a table from joints to degrees of freedom")
+        if self.joint and self.dofs and self.joint not in self.dofs:
+            raise ValueError(f"joint {self.joint!r} is not in dofs; add it there")
+        return self
 
 
 class Study(Part):
@@ -148,7 +159,7 @@ class Study(Part):
     description: str = ""
     scene: SerializeAsAny[Scene] | str  # a scene, the path of a scene file, or a built-in name
     script: FilePath | None = None  # Python file whose `build(folder, **arguments)` makes the geometry
-    routine: Literal["damping_sweep", "power_matrix", "rao", "free_decay", "extreme"] | None = None
+    routine: Literal["damping_sweep", "power_matrix", "rao", "radiation", "free_decay", "extreme"] | None = None
     settings: Annotated[
         dict[str, Any], Field(alias="set", default_factory=dict)
     ]  # values of the scene, the same in every run
@@ -199,8 +210,11 @@ def _faults(study: Study):
         if odd or short:
             what = f"has no parameter {min(odd)!r}" if odd else f"lacks {min(short)!r}"
             yield f"sampling.points[{n}]: {what}; name every parameter of the study: {', '.join(study.parameters)}"
-    if study.bem and study.routine != "rao":
-        yield "bem: only a RAO is compared with linear theory; set routine = 'rao'"
+    if study.bem and study.routine not in ("rao", "radiation"):
+        yield "bem: only a RAO, added mass and damping are compared with linear theory; set routine = 'rao' or 'radiation'"
+    given = (*study.settings, *(parameter.key for parameter in study.parameters.values()))
+    if study.routine != "radiation" and any(key.split(".")[0] == "radiation" for key in given):
+        yield "routine: keys of radiation need it; set routine = 'radiation'"
 
 
 def _overlap(one: str, two: str) -> bool:

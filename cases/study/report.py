@@ -8,9 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts
+from cases.report.froude import check_scale, scaled
 from cases.report.page import Page
+from cases.report.wave_figures import energy_period_ratio
+from cases.study.design import base_scene
 from cases.study.judge import best_row, feasible
 from cases.study.results import load_results, names_in_order, table
+from cases.study.scatter import annual, read_scatter
+from cases.study.sections import annual_section, label, parameters_in_words, sections, title, words
+from cases.study.study_file import load_study
 from fsi.errors import SceneError
 
 SHOWN = ("mean_power", "capture_width_ratio", "rao", "rao_phase", "motion_max", "joint_force_max", "force_max")
@@ -19,19 +25,27 @@ TABLE = 5  # parameters and figures side by side in the table of runs, that a pa
 CURVES = 3  # values of a second parameter that are curves in one panel; more are a surface
 
 
-def report(folder: str | Path) -> Path:
+def report(folder: str | Path, *, scale: float | None = None, scatter: str | Path | None = None) -> Path:
     """Write `report.html` and its PNGs (`report/`) into the folder of a study; returns the page.
 
+    `scale` is full size over model: all figures are then those at full scale by Froude's law. `scatter` is the file of a
+    scatter table, at the size that the page has: a power matrix gives the mean annual energy.
     Raises SceneError where the folder holds no study, or none of its runs is done.
     """
     folder = Path(folder)
     data = load_results(folder)
+    if scale is not None:
+        data, left = scaled(data, check_scale(scale))
     frame = table(data)
     if not (frame["status"] == "done").any():
         raise SceneError(f"no run of {folder} is done", fix="see the reasons in study.nc, or run fsi sweep again")
     page = Page(data.attrs["study"], data.attrs["description"] or _subtitle(data, frame))
+    if scale is not None:
+        _at_full_scale(page, scale, left)
     _best(page, data)
-    _routine(page, data)
+    sections(page, data)
+    if scatter is not None:
+        annual_section(page, _annual(folder, data, scatter))
     figure, names = _responses(data, frame)
     if names:
         page.section("Response").figure(figure, _caption(data), name="response")
@@ -40,17 +54,37 @@ def report(folder: str | Path) -> Path:
     return page.write(folder / "report.html", folder / "report")
 
 
+def _at_full_scale(page: Page, scale: float, left: list[str]) -> None:
+    section = page.section("Scale")
+    section.text(
+        f"All figures are at full scale, {scale:g} times the size of the runs, by Froude's law in water of the same density: "
+        "lengths go by the scale, times by its root, forces by its third power, power by 3.5. Viscous forces do not go by it."
+    )
+    if left:
+        section.items([("warning", f"left as they are, for their units are not given or not known: {', '.join(left)}")])
+
+
+def _annual(folder: Path, data, scatter: str | Path):
+    """What the power matrix makes of a scatter table. Raises SceneError where the study has none."""
+    if "power_matrix" not in data:
+        raise SceneError("the study has no power matrix", key="--scatter", fix="set routine = 'power_matrix'")
+    scene = base_scene(load_study(folder / "study.toml"))
+    try:
+        ratio = energy_period_ratio(scene.waves)
+    except AttributeError:  # waves without a spectrum of this kind
+        ratio = None
+    return annual(data.power_matrix, data.get("power_matrix_error"), read_scatter(scatter), ratio)
+
+
 def _subtitle(data, frame) -> str:
     done = int((frame["status"] == "done").sum())
-    return f"{data.attrs['method'].replace('_', ' ')} of {len(frame)} runs, {done} done, over {_parameters(data)}"
-
-
-def _parameters(data) -> str:
-    return " and ".join(names_in_order(data)) or "nothing"
+    return (
+        f"{data.attrs['method'].replace('_', ' ')} of {len(frame)} runs, {done} done, over {parameters_in_words(data)}"
+    )
 
 
 def _caption(data) -> str:
-    return f"What comes of {_parameters(data)}; runs that failed are left out"
+    return f"What comes of {parameters_in_words(data)}; runs that failed are left out"
 
 
 def _best(page: Page, data) -> None:
@@ -59,55 +93,10 @@ def _best(page: Page, data) -> None:
         return
     section = page.section("Best design")
     unit = data[best["objective"].partition(".")[0]].attrs["units"]
-    facts = {f"{name} [{data[name].attrs['units']}]": value for name, value in best["parameters"].items()}
-    section.facts({**facts, f"{best['objective']} [{unit}]": best["value"], "run": f"runs/{best['run']}"})
+    facts = {label(data[name]): value for name, value in best["parameters"].items()}
+    section.facts({**facts, f"{title(data, best['objective'])} [{unit}]": best["value"], "run": f"runs/{best['run']}"})
     if data.attrs["constraints"] != "{}":
         section.text(f"Best of the runs that keep the constraints {data.attrs['constraints']}.")
-
-
-def _routine(page: Page, data) -> None:
-    """What the routine of the study adds."""
-    if "best_damping" in data:
-        section = page.section("Best damping")
-        others = list(data.best_damping.dims)
-        heads = [
-            *(label(data[name]) for name in others),
-            label(data.best_damping),
-            label(data.best_power),
-            "between points",
-        ]
-        rows = []
-        for index in np.ndindex(data.best_damping.shape):
-            at = [float(data[name].values[i]) for name, i in zip(others, index, strict=True)]
-            values = float(data.best_damping.values[index]), float(data.best_power.values[index])
-            rows.append([*at, *values, "yes" if data.best_inside.values[index] else "no: widen the range"])
-        section.table(heads, rows, "Vertex of the parabola through the best point and its neighbours, over log damping")
-    if "power_matrix" in data and data.power_matrix.ndim == 2:
-        section = page.section("Power matrix")
-        for name in ("power_matrix", "capture_width_matrix"):
-            if name in data:
-                first, second = data[name].dims
-                heads = [f"{label(data[first])} \\ {label(data[second])}", *(f"{v:g}" for v in data[second].values)]
-                rows = [
-                    [float(v), *map(float, row)] for v, row in zip(data[first].values, data[name].values, strict=True)
-                ]
-                section.table(heads, rows, label(data[name]))
-    if any(str(name).endswith("_max_mode") for name in data.data_vars):
-        section, rows = page.section("Extreme of a storm"), []
-        for name in (str(n) for n in data.data_vars if str(n).endswith("_max_mode")):
-            high = data[f"{name.removesuffix('_mode')}_95"]
-            for index in np.ndindex(data[name].shape):
-                where = ", ".join(str(data[d].values[i]) for d, i in zip(data[name].dims, index, strict=True))
-                values = float(data[name].values[index]), float(high.values[index])
-                rows.append([name.removesuffix("_mode"), where, *values, data[name].attrs["units"]])
-        section.table(["response", "of", "most probable", "not passed in 95 of 100", "units"], rows)
-
-
-def label(variable) -> str:
-    """Name and units, as on an axis."""
-    units = variable.attrs.get("units", "1")
-    words = variable.attrs.get("long_name", str(variable.name))
-    return words if units in ("1", "") else f"{words} [{units}]"
 
 
 def _columns(data, frame) -> list[str]:
@@ -162,21 +151,23 @@ def _curves(panel, data, frame, name: str, parameters: list[str]) -> None:
         panel.plot(
             best["parameters"][x], best["value"], "*", color="#b8860b", markersize=14, label="best run", zorder=5
         )
-    base = name.partition(".")[0]
-    if f"{base}_bem" in data and not others:
-        panel.plot(data[x], data[f"{base}_bem"], linestyle="--", color="0.4", label="linear theory")
     _axis(panel, data, x, "x")
-    panel.set_ylabel(label(data[base]), fontsize=10)
-    panel.set_title(name, loc="left", fontsize=12)
+    panel.set_ylabel(_units(data, name), fontsize=11)
+    panel.set_title(title(data, name), loc="left", fontsize=12)
     charts.legend(panel)
+
+
+def _units(data, name: str) -> str:
+    """Of a figure, whose name stands above the panel."""
+    return f"[{data[name.partition('.')[0]].attrs['units']}]"
 
 
 def _at(data, name: str, value) -> str:
     units = data[name].attrs["units"]
     return (
-        f"{name} {value:g}{'' if units == '1' else f' {units}'}"
+        f"{words(data[name])} {value:g}{'' if units == '1' else f' {units}'}"
         if isinstance(value, int | float)
-        else f"{name} {value}"
+        else f"{words(data[name])} {value}"
     )
 
 
@@ -202,13 +193,13 @@ def _surface(panel, data, frame, name: str, parameters: list[str]) -> None:
     _axis(panel, data, y, "y")
     if len(known) >= 4 and known[name].nunique() > 1 and _spread(known, x, y):
         filled = panel.tricontourf(known[x], known[y], known[name], levels=levels, cmap="viridis")
-        panel.figure.colorbar(filled, ax=panel).set_label(label(data[name.partition(".")[0]]), fontsize=10)
+        panel.figure.colorbar(filled, ax=panel).set_label(_units(data, name), fontsize=11)
     panel.plot(known[x], known[y], "o", color="white", markeredgecolor="black", markersize=4, clip_on=False)
     best = best_row(data)
     if best is not None:
         at = best["parameters"]
         panel.plot(at[x], at[y], "*", color="#d1602b", markeredgecolor="black", markersize=15, clip_on=False)
-    panel.set_title(name, loc="left", fontsize=12)
+    panel.set_title(title(data, name), loc="left", fontsize=12)
     panel.grid(False)
 
 
@@ -243,7 +234,7 @@ def _runs(page: Page, data, frame) -> None:
     section = page.section("Runs")
     columns = _columns(data, frame)[: max(2, TABLE - len(names_in_order(data)))]
     units = frame.attrs["units"]
-    heads = [*(f"{n} [{units[n]}]" for n in [*names_in_order(data), *columns]), "status", "run"]
+    heads = [*(f"{title(data, n)} [{units[n]}]" for n in [*names_in_order(data), *columns]), "status", "run"]
     rows = []
     for _, row in frame.iterrows():
         values = [row[name] for name in [*names_in_order(data), *columns]]

@@ -130,6 +130,8 @@ def table(data):
     columns, units = {}, {}
     for name in [*names_in_order(data), *data.data_vars]:
         variable = flat[name]
+        if "bem_omega" in variable.dims:  # a curve, not a figure of the runs
+            continue
         extra = [dim for dim in variable.dims if dim != "point"]
         for index in product(*(range(variable.sizes[dim]) for dim in extra)):
             at = dict(zip(extra, index, strict=True))

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from cases.study.bem import compare
-from cases.study.extremes import gumbel_fit, largest_of
+from cases.study.bem import compare, compare_radiation
+from cases.study.extremes import storm_extreme
 from cases.study.plan import Study
 from fsi.errors import SceneError
 
@@ -18,8 +18,17 @@ NEEDS = {  # routine -> names of which the study must have one, for each of thes
     "damping_sweep": (("damping",),),
     "power_matrix": (("Hm0", "wave_height"), ("Te", "peak_period", "period")),
     "rao": (("period", "omega", "frequency"),),
+    "radiation": (("omega", "period", "frequency"),),
     "free_decay": (),
     "extreme": (("seed",),),
+}
+
+WORDS = {  # suffix of what an extreme is fitted -> what it is
+    "mode": "most probable largest of a storm",
+    "95": "not passed in 95 of 100 storms",
+    "95_low": "the same, lower end of its 95 % confidence interval",
+    "95_high": "the same, upper end of its 95 % confidence interval",
+    "seeds": "seeds that would bring it to +-10 %",
 }
 
 
@@ -29,6 +38,11 @@ def check_routine(study: Study) -> None:
         if not set(names) & set(study.parameters):
             fix = f"add [parameters.{names[0]}]"
             raise SceneError(f"{study.routine} needs a parameter named {' or '.join(names)}", key="parameters", fix=fix)
+    if study.routine == "radiation":
+        for name, parameter in study.parameters.items():
+            if (parameter.key == "radiation.joint") != (name == "driven"):
+                fix = "call it driven, and no other"
+                raise SceneError("is the joint that is moved, or is called so", key=f"parameters.{name}", fix=fix)
     if study.routine not in (None, "free_decay") and study.sampling.method != "grid":
         raise SceneError(f"{study.routine} needs a grid", key="sampling.method", fix="set method = 'grid'")
 
@@ -41,6 +55,9 @@ def analysed(study: Study, data):
         return power_matrix(data)
     if study.routine == "rao" and study.bem and "rao" in data:
         return compare(data, study.bem)
+    if study.routine == "radiation" and study.bem and "added_mass" in data:
+        data.attrs["driven"] = str(study.settings.get("radiation.joint", ""))
+        return compare_radiation(data, study.bem)
     if study.routine == "extreme":
         return extreme(data, study.measure.storm_duration)
     return data
@@ -99,35 +116,35 @@ def power_matrix(data):
     return data
 
 
-def annual_energy(data, occurrence: np.ndarray) -> float:
-    """Energy of a year [Wh] in a sea whose states occur with these shares (same shape as `power_matrix`); the shares
-    are brought to a sum of one."""
-    share = np.asarray(occurrence, float)
-    if share.shape != data.power_matrix.shape:
-        raise SceneError(
-            f"occurrence is {share.shape}, the power matrix {data.power_matrix.shape}", fix="give one share a sea state"
-        )
-    return float((data.power_matrix.values * share).sum() / share.sum() * 8766)
-
-
 def extreme(data, storm: float):
     """Adds for every largest value of a run (names that end in `_max`) the fit over the seeds: `..._mode` and `..._95`, the
-    most probable largest value of a storm [s] and the one that 95 of 100 storms stay below."""
+    most probable largest value of a storm [s] and the one that 95 of 100 storms stay below, the latter's 95 % confidence
+    interval `..._95_low` and `..._95_high`, and `..._seeds`, the runs that would bring that to +-10 %.
+
+    A joint that came to an end stop in a run goes no further in any storm: its `motion_max` is bounded by it."""
     if "measured_seconds" not in data:
         return data
-    length = float(data.measured_seconds.median())
+    repeats = max(storm / float(data.measured_seconds.median()), 1.0)
     for name in [str(n) for n in data.data_vars if str(n).endswith("_max")]:
         values = data[name].transpose(..., "seed")
-        found = np.full((2, *values.shape[:-1]), np.nan)
+        found = np.full((len(WORDS), *values.shape[:-1]), np.nan)
         for index in np.ndindex(values.shape[:-1]):
             maxima = values.values[index]
             maxima = maxima[np.isfinite(maxima)]
             if len(maxima) >= 3 and np.ptp(maxima) > 0:
-                fit = gumbel_fit(maxima)
-                found[(slice(None), *index)] = largest_of(*fit, max(storm / length, 1.0))
+                fit = storm_extreme(maxima, repeats)
+                found[(slice(None), *index)] = fit.mode, fit.high, fit.high_low, fit.high_high, fit.seeds
+        if name == "motion_max" and "end_stop" in data:
+            reached = data[name].where(data.end_stop.notnull()).max("seed").transpose(*values.dims[:-1]).values
+            found[:4] = np.where(np.isfinite(reached), np.fmin(found[:4], reached), found[:4])
+            found[4] = np.where(np.isfinite(reached), np.nan, found[4])
         facts = data[name].attrs
-        words = ("most probable largest of a storm", "not passed in 95 of 100 storms")
-        for suffix, layer, text in zip(("mode", "95"), found, words, strict=True):
-            attributes = {"units": facts["units"], "long_name": f"{facts['long_name']}, {text}"}
-            data[f"{name}_{suffix}"] = values.dims[:-1], layer, attributes
+        for (suffix, text), layer in zip(WORDS.items(), found, strict=True):
+            units = "1" if suffix == "seeds" else facts["units"]
+            data[f"{name}_{suffix}"] = (
+                values.dims[:-1],
+                layer,
+                {"units": units, "long_name": f"{facts['long_name']}, {text}"},
+            )
+    data.attrs["repeats"] = repeats
     return data

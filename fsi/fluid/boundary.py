@@ -44,6 +44,7 @@ class BoundaryParticles:
         self.order = np.empty(0, np.int32)
         self.position = np.zeros((b, dim))
         self.velocity, self._skin = np.zeros((b, dim)), None
+        self.bent: np.ndarray | None = None  # acceleration (count, dim) besides that of the owners, of flexible walls
         self.normal = np.empty((0, dim))
         self.owner = self._counted = np.zeros(b, np.int32)  # the same until `count_only`
         self.shepard, self._lift = np.zeros((b, columns.shepard(dim).width("lever")), dtype), np.zeros((b, 1), dtype)
@@ -78,6 +79,8 @@ class BoundaryParticles:
             )  # fmt: skip
         if placed.normal is not None:
             self.normal = placed.normal[self.order]
+        if placed.acceleration is not None:
+            self.bent = placed.acceleration[self.order]
 
     def count_only(self, held: np.ndarray) -> None:
         """Count the forces on these boundary particles alone, True in (count,), until the next `pack`."""
@@ -107,6 +110,9 @@ class BoundaryParticles:
     def accelerate(self, acceleration: np.ndarray, body_force: np.ndarray) -> None:
         """Take the walls to move with this acceleration (owners, 6)."""
         self._set_lift(acceleration[None], self._twist, body_force, self._lift)
+        if self.bent is not None:
+            lever = self.shepard[: self.count, columns.shepard(self.dim).all_of("lever")]
+            self._lift[: self.count, 0] -= self._density * (self.bent * lever).sum(1)
 
     def lift_of(self, units: np.ndarray) -> np.ndarray:
         """Lift (count, m) by accelerations (m, owners, 6) alone."""

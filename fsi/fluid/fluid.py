@@ -71,6 +71,11 @@ class Fluid:
         self.force = BodyForce(scene)
         self.zones = np.array([("xy".index(z.axis), z.start, z.end, z.rate) for z in scene.damping]).reshape(-1, 4)
         self.halo, self.reductions = halo or make_halo(scene), reductions
+        self.sea = None
+        if scene.sea:
+            from fsi.fluid.sea import Sea
+
+            self.sea = Sea(scene, self.placed, float(self.k.mass))
         support = 2 * scene.smoothing_length
         count = len(layout.position) + len(layout.owner)
         self.grid = Grid.over(
@@ -200,6 +205,8 @@ class Fluid:
         """Trial velocities and the coefficients of the pressure equation."""
         work, near, rheology = self.work, self.near, self.rheology
         self.force.kick(self.velocity, self.position, self.dt)
+        if self.sea:
+            self.sea.draw(self.particles, self.dt, self.team, self.reductions)
         self.solids.weigh(work.flow)
         if rheology:
             kind = np.zeros(self.count, np.int8) if self.liquid is None else self.liquid[self.label]

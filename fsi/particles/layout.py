@@ -17,7 +17,7 @@ from fsi.particles.instruments import check_instruments
 from fsi.particles.tank import Sides, axis, wall_particles
 from fsi.protocols import BodySet, Solid
 from fsi.scene import region
-from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, piston_retreat, start
+from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, start
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
 
@@ -54,7 +54,13 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
     check_instruments(scene, solids)
     gaps = bodies.gaps() if bodies else []
-    position, velocity, pressure, liquid, left_out = _fluid(scene, [solid for _, solid in solids + gaps])
+    obstacles = [solid for _, solid in solids + gaps]
+    if scene.sea and scene.sea.start == "waves":
+        from fsi.particles.sea import under_waves
+
+        (position, velocity, pressure), liquid, left_out = under_waves(scene, obstacles), None, ()
+    else:
+        position, velocity, pressure, liquid, left_out = _fluid(scene, obstacles)
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
@@ -70,6 +76,10 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
     boundary, normal, owner, source = _boundary(scene, solids)
+    if scene.sea and bodies:
+        from fsi.particles.sea import check_zones
+
+        check_zones(scene, bodies)
     loads = None
     if scene.loads:
         from fsi.particles.loads import load_weights
@@ -78,7 +88,8 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     margin = (scene.layers + 0.01) * scene.spacing
     low = np.array(scene.tank.min) - margin
     high = np.array(scene.tank.max) + margin
-    low[0] -= piston_retreat(scene)
+    back, forth = retreats(scene)
+    low, high = low - back, high + forth
     periodic = Periodic(scene)
     low[periodic.axes] -= periodic.width
     high[periodic.axes] += periodic.width

@@ -92,7 +92,8 @@ class ParticleState:
 class BoundaryState:
     """The boundary particles as they were placed last. Owns position, velocity (b, dim), owner (b,) in ascending order, normal
     (b, dim), outward, of bodies, 0 elsewhere, None without bodies, and `skin` (b, dim), the velocity that viscosity feels,
-    None where that is `velocity` (`BodyMotion.smooth`). All are in the order of the layout, for the whole run."""
+    None where that is `velocity` (`BodyMotion.smooth`), and `acceleration` (b, dim) besides that of the owners, None without
+    the flexible walls of a sea, which set it anew in each step. All are in the order of the layout, for the whole run."""
 
     NAMES = ("position", "velocity", "owner", "normal", "skin")
 
@@ -101,6 +102,7 @@ class BoundaryState:
         self.velocity = np.zeros_like(self.position)
         self.normal = None if layout.normal is None else layout.normal.copy()
         self.skin: np.ndarray | None = None
+        self.acceleration: np.ndarray | None = None
 
     @property
     def felt(self) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsi.owners import PISTON, WALL
 from fsi.particles.ghosts import Periodic
-from fsi.scene.geometry import WHOLE, cell, piston_retreat
+from fsi.scene.geometry import WHOLE, cell, moving_sides, retreats
 from fsi.scene.model import Scene
 
 
@@ -28,10 +28,10 @@ def wall_particles(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Layers of particles (n, dim) outside the walled sides of the tank, with their owners (n,).
 
     The last axis takes the corners, and under a piston the other walls reach as far back as it does, so that they stay
-    closed while it moves; along a periodic axis they reach as far as its ghosts."""
+    closed while it moves, as under the moving walls of a sea; along a periodic axis they reach as far as its ghosts."""
     tank, spacings, dim = scene.tank, cell(scene), scene.dimension
     names = tank.axes
-    back = math.ceil(piston_retreat(scene) / spacings[0]) * spacings[0]
+    back, forth = ([math.ceil(x / dr) * dr for x, dr in zip(way, spacings, strict=True)] for way in retreats(scene))
     width = Periodic(scene).width
     points, owners = [], []
     for d in range(dim):
@@ -49,11 +49,11 @@ def wall_particles(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
                     around = math.ceil(width / spacing) * spacing
                     low, high = low - around, high + around
                 elif e < d:
-                    low -= (thick + (back if e == 0 else 0.0)) * (f"{names[e]}-" in tank.walls)
-                    high += thick * (f"{names[e]}+" in tank.walls)
+                    low -= (thick + back[e]) * (f"{names[e]}-" in tank.walls)
+                    high += (thick + forth[e]) * (f"{names[e]}+" in tank.walls)
                 axes.append(_fitted(low, high, tank.min[e], tank.max[e], spacing))
             slab = lattice(axes)
-            moving = scene.waves is not None and d == 0 and side < 0
+            moving = f"{names[d]}{'-' if side < 0 else '+'}" in moving_sides(scene)
             points.append(slab)
             owners.append(np.full(len(slab), PISTON if moving else WALL))
     if not points:
@@ -76,7 +76,7 @@ class Sides:
 
     def __init__(self, scene: Scene, owner: int):
         tank = scene.tank
-        piston = {"x-"} if scene.waves is not None else set()
+        piston = moving_sides(scene)
         walls = {w for w in tank.walls if w[0] in tank.axes and w[0] not in tank.periodic}
         walls = walls & piston if owner == PISTON else walls - piston
         self._low = np.array([x if f"{n}-" in walls else -math.inf for n, x in zip(tank.axes, tank.min, strict=True)])

@@ -6,7 +6,7 @@ from typing import Any
 
 from fsi import plugins
 from fsi.extras import require
-from fsi.scene.geometry import piston_retreat
+from fsi.scene.geometry import retreats
 from fsi.scene.model import GRIDS, Scene
 
 
@@ -24,7 +24,8 @@ def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) 
         low, high = (
             [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
         )
-        low[0] -= piston_retreat(scene)  # water follows the piston there
+        back, forth = retreats(scene)  # water follows moving walls there
+        low, high = low - back, high + forth
         engine = plugins.engine()
         if scene.tank.bathymetry.suffix.lower() in GRIDS:
             solid = engine.grid_solid(scene, (low, high))

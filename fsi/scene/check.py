@@ -10,6 +10,7 @@ from fsi.scene.check_effect import idle_values
 from fsi.scene.check_implicit import implicit_faults
 from fsi.scene.check_instruments import instrument_faults, points_of
 from fsi.scene.check_liquids import liquid_faults, liquid_warnings
+from fsi.scene.check_sea import sea_faults, sea_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
@@ -30,6 +31,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
         _field,
         _resolution,
         wave_faults,
+        sea_faults,
         _coupler,
         _control,
         _rest,
@@ -44,7 +46,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
 
 def scene_warnings(scene: Scene) -> list[str]:
     """What is allowed but likely not meant, one line each."""
-    return wave_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
+    return wave_warnings(scene) + sea_warnings(scene) + liquid_warnings(scene) + idle_values(scene)
 
 
 def _dimensions(scene: Scene) -> Iterator[Fault]:

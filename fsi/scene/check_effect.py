@@ -120,6 +120,9 @@ IDLE: dict[str, Condition] = {
     "fluid.start": lambda scene, fluid: not scene.gravity and fluid.start == "zero" and "there is no gravity",
     "waves.start": _starts_late,
     "waves.file": _table_starts_late,
+    "sea.waves.ramp": lambda scene, waves: (
+        scene.sea.start == "waves" and "the run starts under waves; sea.start = 'rest' has a ramp"
+    ),
     "gauges.*": _instruments,
     "gauges.*.y": lambda scene, gauge: scene.dimension == 2 and "a two-dimensional scene has no y axis",
     "probes.*": _instruments,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsi.parts import Side
+from fsi.scene.geometry import moving_sides
 from fsi.scene.model import Box, Scene
 from fsi.waves.kind import Fault
 
@@ -85,6 +86,8 @@ def _loads(scene: Scene) -> Iterator[Fault]:
         if load.on in SIDES:
             if load.on not in tank.walls or load.on[0] not in tank.axes or load.on[0] in tank.periodic:
                 yield key, f"the tank has no wall {load.on!r}", f"its walls are {', '.join(tank.walls)}"
+            elif scene.sea and load.on in moving_sides(scene):
+                yield key, f"the wall {load.on} moves with the waves of the sea", "take another side"
             elif load.on == "x-" and scene.waves:
                 fix = "take another side; `wavemaker_work` says what the piston does"
                 yield key, "the wall x- is the piston, which moves", fix

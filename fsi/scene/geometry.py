@@ -10,9 +10,16 @@ from functools import lru_cache
 
 import numpy as np
 
+from fsi.errors import SceneError
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped, volume
 from fsi.waves import Motion, piston
+from fsi.waves.incident import IncidentWaves
+from fsi.waves.kind import Water
+
+ZONE_RATE = 2.5  # rate of the zones of a sea over omega (docs/guide/waves.md)
+ALONG = 1e-6  # sine of the angle within which waves run along a wall
+EXCURSION = 1.3  # excursion of walls over that of the water at still water level: crests, and the second order
 
 
 def all_blocks(scene: Scene) -> dict[str, Block]:
@@ -139,6 +146,70 @@ def _motion(waves, depth: float, g: float, stamp: tuple | None) -> Motion:
 def piston_path(scene: Scene) -> tuple[float, float]:
     """The least and the largest displacement of the piston [m], 0 without waves."""
     return scene.waves.excursion(piston_motion(scene)) if scene.waves else (0.0, 0.0)
+
+
+def incident_waves(scene: Scene) -> IncidentWaves:
+    """The waves of the scene's sea; one scene's are made once. Raises SceneError for a kind without any."""
+    sea, water = scene.sea, Water(wave_depth(scene), scene.gravity, scene.spacing)
+    ramp = 0.0
+    if sea.start == "rest":
+        given = getattr(sea.waves, "ramp", None)
+        ramp = 2 * longest_period(scene) if given is None else given
+    file = getattr(sea.waves, "file", None)
+    stamp = (file.stat().st_mtime_ns, file.stat().st_size) if file and file.is_file() else None
+    found = _incident(sea.waves, water.depth, water.g, stamp)
+    if found is None:
+        fix = "use regular, nonlinear, irregular, spectrum, measured or focused, or a flume with [waves]"
+        raise SceneError(
+            f"waves of the kind {sea.waves.kind!r} come from a piston alone", key="sea.waves.kind", fix=fix
+        )
+    return found.turned(math.radians(sea.heading), ramp)
+
+
+@lru_cache(maxsize=4)
+def _incident(waves, depth: float, g: float, stamp: tuple | None) -> IncidentWaves | None:
+    return waves.incident(depth, g)
+
+
+def longest_period(scene: Scene) -> float:
+    """Of the trains of waves of the scene's sea [s]."""
+    water = Water(wave_depth(scene), scene.gravity, scene.spacing)
+    return max(train.period for train in scene.sea.waves.trains(water))
+
+
+def sea_zone(scene: Scene) -> tuple[float, float]:
+    """Width [m] of the zones of the scene's sea, and their rate [1/s]."""
+    period = longest_period(scene)
+    length = Water(wave_depth(scene), scene.gravity, scene.spacing).length(period)
+    return scene.sea.zone or 0.5 * length, scene.sea.rate or ZONE_RATE * 2 * math.pi / period
+
+
+def sea_sides(scene: Scene) -> list[str]:
+    """Sides of the tank along which the sea has zones."""
+    return [f"{a}{s}" for a in scene.tank.axes[:-1] if a not in scene.tank.periodic for s in "-+"]
+
+
+def moving_sides(scene: Scene) -> set[str]:
+    """Sides of the tank whose walls move: the piston's, or those that the waves of the sea do not run along."""
+    if scene.waves is not None:
+        return {"x-"}
+    if scene.sea is None:
+        return set()
+    turn = math.radians(scene.sea.heading)
+    across = {"x": abs(math.cos(turn)) > ALONG, "y": abs(math.sin(turn)) > ALONG}
+    return {side for side in sea_sides(scene) if across[side[0]]}
+
+
+def retreats(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """How far the lower and the upper walls across each axis (dim,) move out of the tank [m]."""
+    low, high = np.zeros(scene.dimension), np.zeros(scene.dimension)
+    if scene.waves is not None:
+        low[0] = piston_retreat(scene)
+    elif scene.sea is not None:
+        most = EXCURSION * incident_waves(scene).excursion
+        for n, axis in enumerate(scene.tank.axes):
+            low[n], high[n] = (most * (f"{axis}{sign}" in moving_sides(scene)) for sign in "-+")
+    return low, high
 
 
 def piston_retreat(scene: Scene) -> float:

@@ -20,7 +20,7 @@ from fsi.scene.fields import FIELDS, known_fields
 from fsi.scene.instruments import Area, DepthGauge, FluxPlane, Gauge, Load, Probe, RunUp, Velocimeter
 from fsi.scene.polygon import crossing_sides
 from fsi.scene.rheology import Rheology
-from fsi.scene.waves import DampingZone, Waves
+from fsi.scene.waves import DampingZone, Sea, Waves
 
 
 class Box(Part):
@@ -352,6 +352,7 @@ class Scene(Part):
     fluid: Fluid = Fluid()
     liquids: dict[str, Liquid] = {}  # others beside it, by name; their blocks take its place
     waves: Waves | None = None
+    sea: Sea | None = None
     damping: tuple[DampingZone, ...] = ()
     gauges: dict[str, Gauge] = {}
     probes: dict[str, Probe] = {}

@@ -23,3 +23,16 @@ class DampingZone(Part):
     end: Number
     axis: Literal["x", "y"] = "x"
     rate: Positive = 10.0
+
+
+class Sea(Part):
+    """The open sea: the tank is a box around the bodies, whose end walls move as the water of the incident waves does,
+    and along its sides the water is drawn to these waves, so that what the bodies send out leaves (`fsi.fluid.sea`)."""
+
+    waves: (
+        Waves  # the incident waves, by kind and keys as in [waves]; at x = y = 0 their phases are those at the piston
+    )
+    heading: Number = 0.0  # direction that they run to, from x towards y [degrees]
+    zone: Positive | None = None  # width of the zones along the sides [m]; half a wave length if not given
+    rate: Positive | None = None  # at which the water is drawn to the waves at the walls [1/s]; 2.5 omega if not given
+    start: Literal["waves", "rest"] = "waves"  # under waves, or at rest with the ramp of the waves

@@ -74,7 +74,10 @@ class Balance(Remembers):
         """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
         forces = self.fluid.wrench(viscous=True, walls=True)[:, :3]
         momentum = self.momentum - (self.mass * self.fluid.gone[: self._dim] - self._gone)
-        self._before = momentum, forces, self.mass * self.fluid.driven(), self.fluid.total_count
+        drive = self.mass * self.fluid.driven()
+        if self.fluid.sea:
+            drive += self.fluid.sea.impulse / self.fluid.dt
+        self._before = momentum, forces, drive, self.fluid.total_count
 
     def ordered(self, sums: np.ndarray, logged: bool) -> np.ndarray:
         """The sums of a step, where they must not depend on who holds the particles (`Reductions.ordered`): those that are
@@ -113,7 +116,8 @@ class Balance(Remembers):
         self._stopped = impulse
 
     def _book_forces(self, dt) -> None:
-        """Work of the accelerations of all fluid besides gravity, along the way of the step, dt u."""
+        """Work of the accelerations of all fluid besides gravity, along the way of the step, dt u; of the zones and
+        the walls of a sea."""
         fluid, scene = self.fluid, self.scene.fluid
         work = 0.0
         if scene.acceleration is not None:
@@ -122,6 +126,10 @@ class Balance(Remembers):
             middle = fluid.position - 0.5 * dt * fluid.velocity
             push = (middle @ fluid.force.gradient.T * fluid.velocity).sum(1)
             work += dt * self.mass * float(fluid.reductions.weighted(self._relative_density(), push))
+        if fluid.sea:
+            work += fluid.sea.given
+            self.wavemaker_work += dt * fluid.sea.power
+            self.exchanged_work += dt * abs(fluid.sea.power)
         self.force_work += work
         self._forced += abs(work)
 

@@ -226,6 +226,8 @@ class Simulation(Remembers):
         with self._phase("pressure"):
             wrench = self._exchange(motion, dt)
         with self._phase("corrector"):
+            if self.fluid.sea:
+                self.fluid.sea.work(self.fluid)
             if "series" in logged and self.recorders:
                 self.balance.open_audit()
                 self.instruments.open()

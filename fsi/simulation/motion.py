@@ -60,6 +60,8 @@ class Movers:
             twist[PISTON, 0], others[PISTON, 0] = u, (next_u - u) / dt
             along = np.eye(fluid.dim)[0]
             fluid.placed.place(PISTON, self._start + x * along, u * along)
+        if fluid.sea:
+            fluid.sea.place(fluid.placed, time)
         if self.bodies:
             motion = self.bodies.motion()
             centre[FIRST_BODY:], twist[FIRST_BODY:] = motion.position, motion.velocity

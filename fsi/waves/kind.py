@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from fsi.parts import Part
+from fsi.waves.incident import IncidentWaves
 from fsi.waves.linear import piston_transfer, wavenumber
 
 BREAKING_DEPTH_RATIO = 0.78  # height over depth of a solitary wave that breaks (McCowan 1894)
@@ -61,6 +62,10 @@ class WaveKind(Part):
     def piston(self, depth: float, g: float) -> Motion:
         """The motion of the piston in water of this depth [m]. Raises SceneError where its file cannot be read."""
         raise NotImplementedError(f"{type(self).__name__} has no piston")
+
+    def incident(self, depth: float, g: float) -> IncidentWaves | None:
+        """The waves anywhere in water of this depth [m], for a `[sea]`; None for a kind that only a piston makes."""
+        return None
 
     def excursion(self, motion: Motion) -> tuple[float, float]:
         """The least and the largest displacement [m] of the piston; with active absorption it may leave its path."""

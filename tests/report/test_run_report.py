@@ -1,14 +1,17 @@
 """The page of a run: the figures on it are those of a synthetic run with exact answers, and a real run has all of it."""
 
 import re
+import shutil
 from html import unescape
 
 import numpy as np
 import pytest
 
 import fsi
+from cases import pages
+from cases.report.froude import power
 from cases.report.run import report
-from cases.report.wave_figures import wave_power
+from cases.report.wave_figures import jolt, settled, wave_power
 from fsi.errors import SceneError
 from fsi.protocols import Event, Frame, Moment
 from fsi.record.mcap import McapRecorder
@@ -28,7 +31,7 @@ class Hinged:
 def cells(page: str) -> dict[tuple[str, str], str]:
     """(figure, of what) -> value with its unit, from the table of key figures."""
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", page)]
-    return {(unescape(r[0]), r[1]): f"{r[2]} {unescape(r[3])}" for r in rows if len(r) == 4}
+    return {(unescape(r[0]), r[1]): f"{r[2]} {unescape(r[3])}" for r in rows if len(r) in (4, 5)}
 
 
 @pytest.fixture
@@ -71,7 +74,7 @@ def converter(tmp_path):
 
 def test_figures_of_a_converter_are_exact(converter):
     folder, omega = converter
-    page = report(folder).read_text()
+    page = report(folder, scale=25.0).read_text()
     found = cells(page)
     power = 0.5 * DAMPING * (AMPLITUDE * omega) ** 2
     flux = wave_power(0.1, 1.8, 0.7, 1000.0, 9.81)
@@ -84,9 +87,80 @@ def test_figures_of_a_converter_are_exact(converter):
     assert number["largest reading", "reaction.x"] == pytest.approx(5 * AMPLITUDE, rel=1e-3)
     assert "±" in found["mean absorbed power of all joints", ""]
     assert found["motion over wave amplitude", "hinge"].endswith("rad/m")
-    assert "after the ramp" in page and "12.5000" in page and "upper limit" in page
+    assert "in which the waves have come to the body" in page and "12.5000" in page and "upper limit" in page
     assert "a &lt;warning&gt;" in page
     assert {"body_force", "elevation", "energy"} <= {file.stem for file in (folder / "report").iterdir()}
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", page)]
+    scaled = {(unescape(r[0]), r[1]): (r[2], r[4]) for r in rows if len(r) == 5}
+    assert float(scaled["static fluid force", "flap"][0]) == pytest.approx(300, rel=2e-3)
+    assert float(scaled["largest dynamic fluid force", "flap"][0]) == pytest.approx(100 * AMPLITUDE, rel=1e-2)
+    assert scaled["times that the joint came to an end stop", "hinge"][0] == "1"
+    assert scaled["position of the end stop that was reached", "hinge"] == ("1", "1 rad")
+    model, full = scaled["mean absorbed power of all joints", ""]
+    assert float(full.split()[0]) == pytest.approx(float(model.split()[0]) * 25**3.5, rel=1e-3)
+    assert "The largest dynamic force of the fluid, 20 N, acts on the body flap" in page
+    assert (folder / "report/largest_load.png").is_file()
+    with pytest.raises(SceneError, match="--scale: is -1; give full size over model"):
+        report(folder, scale=-1.0)
+
+
+def test_runs_are_compared_on_one_page(converter, tmp_path, monkeypatch):
+    folder, _ = converter
+    other = shutil.copytree(folder, tmp_path / "other")
+    text = (other / "scene.toml").read_text()
+    (other / "scene.toml").write_text(text.replace("wave_height = 0.1", "wave_height = 0.2"))
+    monkeypatch.chdir(tmp_path)
+    page = pages.report(folder, other).read_text()
+    assert "waves.wave_height" in page and "<td>0.1</td><td>0.2</td>" in page
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", page)]
+    [motion] = [row for row in rows if row[:1] == ["motion over wave amplitude"]]
+    assert [float(value) for value in motion[3:]] == pytest.approx([4.0, 2.0, 0.5], rel=2e-3)
+    (tmp_path / "mine.html").write_text("mine")
+    for folders, options, fault in (
+        ((folder, other), {"out": "mine.html"}, "something else than a page of Spindrift"),
+        ((folder, tmp_path), {}, "holds no run"),
+        ((folder, folder), {}, "stands twice"),
+        ((folder,), {"out": "a.html"}, "is the page of a comparison"),
+        ((folder,), {"scatter": "a.csv"}, "of no use to a run"),
+        ((folder, other), {"scale": 2.0}, "of no use to a comparison"),
+    ):
+        with pytest.raises(SceneError, match=fault):
+            pages.report(*folders, **options)
+
+
+@pytest.mark.parametrize(
+    "units, exponent",
+    [
+        ("N m s/rad", 4.5),
+        ("W/m", 2.5),
+        ("m3/s", 2.5),
+        ("l/s/m", 1.5),
+        ("kg m2", 5),
+        ("rad/s", -0.5),
+        ("1/m", -1),
+        ("1", 0),
+    ],
+)
+def test_powers_of_the_scale(units, exponent):
+    assert power(units) == exponent
+
+
+def test_unknown_units_have_no_power():
+    assert power("V") is None and power("m or rad") is None and power("") is None
+
+
+def test_waves_that_pass_are_measured_from_their_arrival(tmp_path):
+    """A piston that rests for 3 s: what comes before its wave can be at the body counts for nothing."""
+    times = np.arange(0, 10, 0.1)
+    rows = "\n".join(f"{t:.2f},{0.0 if t < 3 else 0.2 * (1 - np.cos(np.pi * min(t - 3, 1)))}" for t in times)
+    (tmp_path / "stroke.csv").write_text(f"time,position\n{rows}\n")
+    waves = {"kind": "table", "file": str(tmp_path / "stroke.csv")}
+    base = load_scene("flap", ["duration=10.0"])
+    scene = base.model_validate(base.model_dump() | {"waves": waves})
+    place = 4.0
+    begin = settled(scene, scene.tank.min[0] + place)
+    assert 3.0 < begin < 3.2 + place / np.sqrt(9.81 * 0.7)
+    assert settled(scene, scene.tank.min[0]) > jolt(scene) > 0.4
 
 
 def test_report_of_a_real_run_has_its_particles(tmp_path):

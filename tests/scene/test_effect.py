@@ -17,6 +17,7 @@ from fsi.waves import known_kinds, load_kind
 OFF = {"output.mcap": "false", "output.timeline": "false"}
 WEIGHTLESS = {"gravity": "0"}
 WAVES = {"waves.wave_height": "0.1", "waves.period": "1.5"}
+SEA = {"sea.waves.wave_height": "0.1", "sea.waves.period": "1.3", "numerics.artificial_viscosity": "0"}
 BLOCK = {"fluid.blocks": "[{min = [0, -0.5], max = [1, 0]}]"}
 OPEN = {"tank.walls": "[]"}
 FIXED = {"numerics.fixed_time_step": "0.001"}
@@ -53,6 +54,7 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "fluid.start": ("fluid.start", "zero", WEIGHTLESS, "no gravity"),
     "waves.start": ("waves.start", "9.0", {"waves.kind": "solitary", "waves.wave_height": "0.1"}, "ends at 2 s"),
     "waves.file": ("waves.file", "late.csv", {"waves.kind": "table"}, "first row is at 5 s"),
+    "sea.waves.ramp": ("sea.waves.ramp", "2.0", SEA, "under waves"),
     "gauges.*": ("gauges.a", "{x = 1.0}", OFF, "both off"),
     "gauges.*.y": ("gauges.a", "{x = 1.0, y = 0.5}", {}, "no y axis"),
     "probes.*": ("probes.a", "{position = [1.0, -0.1]}", {"output.series": "0"}, "output.series is 0"),
@@ -140,6 +142,9 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
     "waves.distance waves.delay waves.lowest waves.format waves.time waves.site waves.scale waves.terms": "the piston's path",
+    "waves.crest waves.place": "the piston's path",
+    "sea.heading sea.zone sea.rate sea.start": "walls and zones",
+    "sea.waves.*": "those of `waves`, for the incident waves; kinds that a piston alone makes are refused, and `absorb`",
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
     "damping.*.start damping.*.end damping.*.axis damping.*.rate": "a zone outside the tank is refused",
@@ -181,6 +186,9 @@ def patterns(part: type[BaseModel], prefix: str = ""):
                 yield from patterns(kind, f"{name}.")
             continue
         here = f"{prefix}{name}"
+        if here == "sea.waves":
+            yield "sea.waves.*"
+            continue
         inner = list(_parts(field.annotation, ""))
         if not inner:
             yield here
@@ -208,6 +216,7 @@ def test_every_key_of_a_scene_stands_in_one_of_the_tables():
         "tank.grid",
         "fluid.rheology",
         "liquids.*.rheology",
+        "sea.waves.ramp",
         "gauges.*",
         "probes.*",
         "velocimeters.*",

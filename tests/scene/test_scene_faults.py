@@ -35,8 +35,8 @@ FAULTS = {
     "unknown kind of waves": (
         '[waves]\nkind = "regulr"',
         [
-            "pool.toml: waves: the kind 'regulr' is not one of irregular, measured, nonlinear, packet, regular, solitary, "
-            "spectrum, table; did you mean regular?"
+            "pool.toml: waves: the kind 'regulr' is not one of focused, irregular, measured, nonlinear, packet, regular, "
+            "solitary, spectrum, table; did you mean regular?"
         ],
     ),
     "not a number": (

@@ -24,6 +24,7 @@ LATCHING = (
     "bodies.flap.pto.stiffness=1e6",
     "bodies.flap.pto.least_speed=1e-7",
 )
+OPEN = ("sea.waves.wave_height=0.1", "sea.waves.period=1.2", "sea.zone=0.9")
 SCENES = {
     "sea": (
         SEA,
@@ -43,6 +44,7 @@ SCENES = {
     "flap_latching": ("flap", (*FLUME, *LATCHING)),
     "floating_box": ("floating_box", ("spacing=0.075", "tank.min=[-0.8, -0.6, -0.3]", "tank.max=[0.8, 0.6, 0.3]")),
     "floating_box_2d": ("floating_box_2d", ("spacing=0.05",)),
+    "box_at_sea": ("floating_box_2d", ("spacing=0.05", "damping=", *OPEN)),
     "slide_contact": ("slide_submarine_contact", ("spacing=0.05", "tank.min=[-0.025, -1]", "tank.max=[3.975, 0.5]")),
     "slide_glued": ("slide_submarine_glued", ()),
     "prescribed": ("slide_submarine_prescribed", ("spacing=0.05", "tank.min=[-0.025, -1]", "tank.max=[3.975, 0.5]")),

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 from cases.report import wave_figures
 from cases.study.decay import identify
-from cases.study.extremes import gumbel_fit, largest_of
-from cases.study.routines import annual_energy, peak, power_matrix
+from cases.study.extremes import gumbel_fit, largest_of, storm_extreme
+from cases.study.routines import extreme, peak, power_matrix
 from fsi.errors import SceneError
 from fsi.waves import wavenumber
 
@@ -164,6 +164,33 @@ def test_extreme_of_a_storm_from_the_maxima_of_runs():
     assert mode == pytest.approx(edges[np.argmax(counts)], abs=0.8)
 
 
+def test_the_confidence_of_an_extreme_holds_the_truth():
+    rng = np.random.default_rng(1)
+    truth = largest_of(10.0, 1.0, 20.0)[1]
+    found = [storm_extreme(rng.gumbel(10.0, 1.0, 20), 20.0) for _ in range(60)]
+    hits = np.mean([one.high_low <= truth <= one.high_high for one in found])
+    assert 0.85 < hits <= 1.0
+    few, many = (np.mean([storm_extreme(rng.gumbel(10.0, 1.0, n), 20.0).seeds for _ in range(20)]) for n in (5, 40))
+    assert few == pytest.approx(many, rel=0.5)  # how many are needed does not hang on how many there are
+    assert storm_extreme(np.array([10.0, 11.0, 12.0]), 20.0).seeds > 3
+
+
+def test_an_end_stop_bounds_the_motion_of_any_storm():
+    motion = np.array([[0.9, 0.5], [1.01, 0.6], [0.8, 0.55]])
+    data = xarray.Dataset(
+        {
+            "motion_max": (("seed", "joint"), motion, {"units": "rad", "long_name": "largest joint position"}),
+            "end_stop": (("seed", "joint"), np.array([[np.nan, np.nan], [1.0, np.nan], [np.nan, np.nan]])),
+            "measured_seconds": ("seed", np.full(3, 100.0)),
+        },
+        coords={"seed": [1, 2, 3], "joint": ["a", "b"]},
+    )
+    found = extreme(data, 10800.0)
+    assert found.motion_max_95.values[0] == pytest.approx(1.01) and np.isnan(found.motion_max_seeds.values[0])
+    assert found.motion_max_95.values[1] > 0.65 and found.motion_max_seeds.values[1] >= 3
+    assert found.motion_max_95_low.values[1] < found.motion_max_95.values[1] < found.motion_max_95_high.values[1]
+
+
 def test_power_matrix_is_the_mean_of_the_seeds():
     rng = np.random.default_rng(3)
     power = rng.random((2, 3, 4)) + np.arange(6).reshape(2, 3, 1)
@@ -175,9 +202,6 @@ def test_power_matrix_is_the_mean_of_the_seeds():
     assert np.allclose(data.power_matrix, power.mean(axis=2))
     assert np.allclose(data.power_matrix_error, power.std(axis=2, ddof=1) / 2)
     assert np.allclose(data.capture_width_matrix, power.mean(axis=2) / 4)
-    share = np.array([[1, 0, 0], [0, 0, 3]])
-    expected = (data.power_matrix[0, 0] + 3 * data.power_matrix[1, 2]) / 4 * 8766
-    assert annual_energy(data, share) == pytest.approx(float(expected))
 
 
 def test_power_of_an_irregular_sea_in_deep_water(flap_scene):

@@ -11,7 +11,6 @@ gain (`TWO`, BENCHMARK.md).
 from __future__ import annotations
 
 import argparse
-import json
 import time as clock
 from collections.abc import Iterable
 from datetime import date
@@ -23,6 +22,7 @@ from fsi.estimate import estimate
 from fsi.scene.binding import bind
 from fsi.scene.file import builtin_scenes, load_scene, scene_levels
 from fsi.simulation.loop import Simulation
+from fsi.strict_json import dumps, loads
 
 DOCS = Path(__file__).parents[3] / "docs"
 TWO = 1.66  # speed of two threads over one
@@ -83,7 +83,7 @@ def _steps(scene) -> int | None:
     """Steps of the run, from those of the coarse one in the validation's rows: a step is as long as a spacing at the same
     speed of sound and flow."""
     file = DOCS / "validation" / "results.json"
-    rows = json.loads(file.read_text()) if file.is_file() else []
+    rows = loads(file.read_text()) if file.is_file() else []
     for row in rows:
         if (row["case"], row["level"], row["solver"]) == (scene.name, "coarse", DEFAULT):
             return round(row["steps"] * row["spacing"] / scene.spacing * scene.duration / row["simulated_seconds"])
@@ -176,10 +176,10 @@ def main() -> None:
     file = DOCS / "developer" / "paper_level.json"
     for name in chosen.scenes or known:
         row = measure(name, chosen.steps, chosen.seconds)
-        rows = {row["scene"]: row for row in json.loads(file.read_text())} if file.is_file() else {}
+        rows = {row["scene"]: row for row in loads(file.read_text())} if file.is_file() else {}
         rows[name] = row
         rows = [rows[key] for key in known if key in rows]
-        file.write_text(json.dumps(rows, indent=1) + "\n")
+        file.write_text(dumps(rows, indent=1) + "\n")
         (DOCS / "developer" / "paper_level.md").write_text(table(rows))
         print(_line(row), *_ratios(row), sep="\n", flush=True)
 

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fsi.parts import NonNegative, Positive
+from fsi.waves.incident import IncidentWaves, linear_waves
 from fsi.waves.kind import LEAST_HEIGHT, LEAST_LENGTH, Surface, Train, Water, WaveKind, resolved
 from fsi.waves.linear import cosine_ramp, evanescent, piston_transfer, wavenumber
 
@@ -41,6 +42,9 @@ class Waves(WaveKind):
 
     def piston(self, depth: float, g: float) -> IrregularPiston:
         return irregular_piston(self, depth, g)
+
+    def incident(self, depth: float, g: float) -> IncidentWaves:
+        return self.piston(depth, g).incident(depth, g)
 
     def trains(self, water: Water) -> list[Train]:
         return [Train("at the peak", self.Hm0, self.peak_period)]
@@ -112,6 +116,10 @@ class IrregularPiston:
     def envelope(self, t: float) -> float:
         """The factor of the ramp."""
         return cosine_ramp(t, self.ramp)[0]
+
+    def incident(self, depth: float, g: float) -> IncidentWaves:
+        """The waves that it makes, as far as they go on."""
+        return linear_waves(self.wave_amplitude, self.omega, -self.phase, depth, g)
 
     def __call__(self, t: float) -> tuple[float, float, float]:
         w, angle = self.omega, self.omega * t + self.phase

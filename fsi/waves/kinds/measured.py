@@ -12,6 +12,7 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.parts import FilePath, NonNegative, Positive
 from fsi.tables import read_table
+from fsi.waves.incident import IncidentWaves
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, resolved
 from fsi.waves.kinds.irregular import IrregularPiston, sea_surface
 from fsi.waves.linear import piston_transfer, wavenumber
@@ -37,6 +38,9 @@ class Waves(WaveKind):
     def piston(self, depth: float, g: float) -> RecordPiston:
         sea, _ = self._sea(depth, g)
         return sea
+
+    def incident(self, depth: float, g: float) -> IncidentWaves:
+        return self.piston(depth, g).incident(depth, g)
 
     def _sea(self, depth: float, g: float) -> tuple[RecordPiston, float]:
         """The piston, and the delay [s]."""

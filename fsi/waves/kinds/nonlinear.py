@@ -13,6 +13,7 @@ from pydantic import Field
 
 from fsi.extras import require
 from fsi.parts import NonNegative, Positive
+from fsi.waves.incident import IncidentWaves, return_flow, steady_waves
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, train_warnings
 from fsi.waves.linear import cosine_ramp, piston_transfer
 
@@ -35,13 +36,22 @@ class Waves(WaveKind):
     terms: Annotated[int, Field(ge=3, le=40)] | None = None  # of the series; 10, of Stokes' 5 if not given
     ramp: NonNegative | None = None  # cosine ramp of the stroke [s]; two periods if not given
 
-    def _wave(self, depth: float, g: float) -> SteadyWave:
+    def _wave(self, depth: float, g: float, period: float | None = None) -> SteadyWave:
         terms = self.terms or (5 if self.theory == "stokes" else 10)
-        return steady_wave(MODELS[self.theory], self.wave_height, self.period, depth, g, terms)
+        return steady_wave(MODELS[self.theory], self.wave_height, period or self.period, depth, g, terms)
 
     def piston(self, depth: float, g: float) -> HarmonicPiston:
         wave = self._wave(depth, g)
         return follow(wave, depth, 2 * self.period if self.ramp is None else self.ramp)
+
+    def incident(self, depth: float, g: float) -> IncidentWaves:
+        omega, wave = 2 * math.pi / self.period, self._wave(depth, g)
+        for _ in range(
+            3
+        ):  # the return flow of a closed tank carries the wave back: it is one of a shorter period there
+            drift = return_flow(wave.amplitude[0], wave.k, omega, depth, g)
+            wave = self._wave(depth, g, 2 * math.pi / (omega - wave.k * drift))
+        return steady_waves(wave.amplitude, wave.velocity, wave.k, omega, depth, g)
 
     def trains(self, water: Water) -> list[Train]:
         return [Train(self.theory.replace("_", " "), self.wave_height, self.period)]
@@ -84,11 +94,12 @@ class Waves(WaveKind):
 @dataclass(frozen=True)
 class SteadyWave:
     """A wave of permanent form: wavenumber k [1/m], angular frequency omega [1/s], amplitudes (n,) [m] of the cosines of its
-    elevation."""
+    elevation, and those (n,) [m/s] of its horizontal velocity at the still water level."""
 
     k: float
     omega: float
     amplitude: np.ndarray
+    velocity: np.ndarray
 
     def elevation(self, angle: np.ndarray) -> np.ndarray:
         """Elevation (m,) [m] at phases (m,), 0 at a crest; its mean is 0."""
@@ -112,7 +123,9 @@ def steady_wave(model: str, height: float, period: float, depth: float, g: float
     found = 2 * np.fft.rfft(eta).real[1 : HARMONICS + 1] / SAMPLES
     if not np.isfinite(found).all() or abs(np.ptp(eta) - height) > 0.02 * height:
         raise ArithmeticError(f"the series gives a height of {np.ptp(eta):.3g} m")
-    return SteadyWave(float(wave.k), 2 * math.pi / period, found)
+    u = np.asarray(wave.velocity(x, np.full(SAMPLES, depth), t=0.0, all_points_wet=True), float)[:, 0]
+    speed = 2 * np.fft.rfft(u).real[1 : HARMONICS + 1] / SAMPLES
+    return SteadyWave(float(wave.k), 2 * math.pi / period, found, speed)
 
 
 def follow(wave: SteadyWave, depth: float, ramp: float) -> HarmonicPiston:

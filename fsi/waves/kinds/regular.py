@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from fsi.parts import NonNegative, Positive
+from fsi.waves.incident import IncidentWaves, linear_waves, stokes_wave
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, train_warnings
 from fsi.waves.linear import cosine_ramp, evanescent, piston_transfer, wavenumber
 
@@ -50,6 +51,12 @@ class Waves(WaveKind):
         stroke = self.wave_height / piston_transfer(k * depth)
         second = second_order_stroke(self.wave_height, k, depth) if self.order_in(k, depth) == 2 else 0.0
         return RegularPiston(stroke, omega, 2 * self.period if self.ramp is None else self.ramp, second)
+
+    def incident(self, depth: float, g: float) -> IncidentWaves:
+        omega = 2 * math.pi / self.period
+        if self.order_in(wavenumber(omega, depth, g), depth) == 2:
+            return stokes_wave(self.wave_height, self.period, depth, g)
+        return linear_waves(np.array([0.5 * self.wave_height]), np.array([omega]), np.zeros(1), depth, g)
 
     def trains(self, water: Water) -> list[Train]:
         order = self.order_in(2 * math.pi / water.length(self.period), water.depth)

@@ -13,6 +13,7 @@ from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.parts import FilePath, NonNegative, Positive
 from fsi.tables import read_table
+from fsi.waves.incident import IncidentWaves
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, resolved
 from fsi.waves.kinds.irregular import IrregularPiston, random_sea, sea_surface
 
@@ -41,6 +42,9 @@ class Waves(WaveKind):
         edges = np.linspace(low, high, self.components + 1)
         ramp = 2 / _peak(f, density) if self.ramp is None else self.ramp
         return random_sea(edges, lambda x: np.interp(x, f, density), 4 * math.sqrt(m0), self.seed, ramp, depth, g)
+
+    def incident(self, depth: float, g: float) -> IncidentWaves:
+        return self.piston(depth, g).incident(depth, g)
 
     def _spectrum(self) -> tuple[np.ndarray, np.ndarray]:
         """Frequency [Hz] and density [m2/Hz], at the scale of the run. Raises SceneError where the file has none."""

@@ -1,0 +1,135 @@
+"""Waves in a box with a sea around it: those that were asked for stay, those that were not leave.
+
+`sea_regular`: no body; the elevation at nine gauges between the zones against the incident waves themselves, of Stokes' third
+order. `sea_absorption`: still water is thrown into a group of waves, half of which runs to either side; exact is that
+nothing comes back. Its kinetic energy is half of the whole as soon as it runs, so that sqrt(2 K / K0), when what came
+back would be in the middle again, is what the zones reflect.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cases.validation.engine.case import Case, Measure, Wrong
+from cases.validation.theory.separation import first_harmonic
+from cases.validation.waves.wavemaker import NUMERICS
+from fsi.fluid.gauges import elevation
+from fsi.scene.geometry import incident_waves
+from fsi.simulation.loop import Simulation
+from fsi.waves.kinds.focused import Waves as Focused
+
+G, DEPTH, KD, HEIGHT = 9.81, 0.5, 1.5, 0.1
+K = KD / DEPTH
+OMEGA = math.sqrt(G * K * math.tanh(KD))
+PERIOD, LENGTH = 2 * math.pi / OMEGA, 2 * math.pi / K
+PERIODS, RECORD = 10, 3  # of the run, and at its end of the record
+GAUGES = LENGTH * np.linspace(-0.45, 0.45, 9)
+GROUP = Focused(kind="focused", crest=0.03, peak_period=PERIOD, time=0.0, highest=1.8)
+BACK = (3.0, 5.0)  # when what is reflected comes through the middle [periods]
+
+
+class Stays(Measure):
+    """Elevation between the zones, and that of the incident waves."""
+
+    interval = PERIOD / 24
+
+    def begin(self, sim: Simulation) -> None:
+        self.time, self.found, self.exact, self.waves = [], [], [], incident_waves(sim.scene)
+        self.k = float(self.waves.k[0])
+
+    def sample(self, sim: Simulation) -> None:
+        dr, h = sim.scene.spacing, sim.scene.smoothing_length
+        self.time.append(sim.time)
+        self.found.append([elevation(sim.fluid.position, np.array([x]), dr, h) for x in GAUGES])
+        self.exact.append(self.waves.elevation(sim.time, GAUGES[:, None]))
+
+    def errors(self) -> dict[str, float]:
+        t, found, exact = (np.array(x) for x in (self.time, self.found, self.exact))
+        late = t > (PERIODS - RECORD) * PERIOD
+        early = (t > PERIOD) & (t < (1 + RECORD) * PERIOD)
+        ratio, before = (
+            first_harmonic(t[n], found[n], OMEGA) / first_harmonic(t[n], exact[n], OMEGA) for n in (late, early)
+        )
+        height = np.abs(ratio).mean()
+        slope = np.polyfit(GAUGES, np.angle(ratio), 1)[0]  # of k too much
+        whole = t > t[-1] - RECORD * PERIOD * (1 + 1e-9)
+        return {
+            "height": float(height - 1),
+            "spread": float(np.abs(np.abs(ratio) - height).max()),
+            "phase_speed": float(-slope / self.k),
+            "level": float((found[whole] - exact[whole]).mean() / HEIGHT),
+            "growth": float(height / np.abs(before).mean() - 1),
+        }
+
+
+class Leaves(Measure):
+    """Kinetic energy of the water."""
+
+    def begin(self, sim: Simulation) -> None:
+        fluid = sim.fluid
+        fluid.velocity[:] = GROUP.incident(DEPTH, G).velocity(0.0, fluid.position)
+        self.time, self.kinetic = [0.0], [0.5 * float(fluid.k.mass) * float((fluid.velocity**2).sum())]
+
+    def sample(self, sim: Simulation) -> None:
+        self.time.append(sim.time)
+        self.kinetic.append(sim.balance.kinetic)
+
+    def errors(self) -> dict[str, float]:
+        t, kinetic = np.array(self.time) / PERIOD, np.array(self.kinetic)
+        return {"reflection": math.sqrt(2 * kinetic[(t > BACK[0]) & (t < BACK[1])].mean() / kinetic[0])}
+
+
+def _scene(spacing: float, sea: dict, periods: float) -> dict:
+    end = round(LENGTH / spacing) * spacing
+    return {
+        "duration": periods * PERIOD,
+        "tank": {"min": [-end, -DEPTH], "max": [end, math.ceil(1.5 * HEIGHT / spacing) * spacing]},
+        "sea": sea,
+        "numerics": NUMERICS,
+    }
+
+
+def regular(spacing: float, folder) -> dict:
+    return _scene(spacing, {"waves": {"wave_height": HEIGHT, "period": PERIOD}}, PERIODS)
+
+
+def thrown(zone: float):
+    def scene(spacing: float, folder) -> dict:
+        still = {"wave_height": 1e-6, "period": PERIOD, "order": 1}
+        return _scene(spacing, {"waves": still, "start": "rest", "zone": zone * LENGTH}, BACK[1])
+
+    return scene
+
+
+SPACING = {level: HEIGHT / per for level, per in (("coarse", 5), ("medium", 10), ("paper", 20))}
+NAMES = ("sea_regular", "sea_absorption")
+CASES = {
+    "sea_regular": Case(
+        "sea_regular",
+        "Regular waves in a box with a sea around it, kd = 1.5, H/L = 0.048",
+        "The incident waves: Stokes' third order, with the return flow of a closed tank.",
+        SPACING,
+        regular,
+        Stays,
+        {"height": 0.02, "spread": 0.02, "phase_speed": 0.005, "level": 0.005, "growth": 0.02},
+        "The level rises with the volume that the particles take once they have left their lattice, some 0.3 % of it in ten"
+        " periods, and then stays: no water comes or goes.",
+        fails_when={
+            "spread": Wrong("a wave of a tenth comes back from the zones", 0.1),
+            "phase_speed": Wrong("the speed of linear theory in place of the third order's", 0.008),
+            "level": Wrong("the level creeps by a hundredth of the wave height", 0.01),
+            "growth": Wrong("waves that grow by a twentieth in six periods", 0.05),
+        },
+    ),
+    "sea_absorption": Case(
+        "sea_absorption",
+        "A group of waves thrown into still water leaves the box through zones of half a wave length",
+        "Exact: nothing comes back.",
+        SPACING,
+        thrown(0.5),
+        Leaves,
+        {"reflection": 0.06},
+    ),
+}

@@ -1,0 +1,142 @@
+"""What a scene's sea cannot be, what it should not be, and what it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fsi.errors import SceneError
+from fsi.scene.geometry import incident_waves, longest_period, sea_sides, sea_zone, wave_depth
+from fsi.scene.model import Scene
+from fsi.waves.kind import Fault, Water
+from fsi.waves.sponge import reflection
+
+REFLECTING = 0.1  # part of a wave that zones had better not send back
+FLUME = (
+    3.0  # wave lengths of a flume with a piston beside the length around the bodies: before, behind, and to damp them
+)
+
+
+def sea_faults(scene: Scene) -> Iterator[Fault]:
+    """What cannot work."""
+    for check in (_alone, _box, _kind, _zones) if scene.sea else ():
+        faults = list(check(scene))
+        yield from faults
+        if faults:  # the next check builds on this one
+            return
+
+
+def _alone(scene: Scene) -> Iterator[Fault]:
+    if scene.waves:
+        yield "sea", "the scene has [waves] too, and a tank has one kind of wavemaker", "remove one of them"
+    if scene.damping:
+        yield (
+            "damping",
+            "the zones of the sea take waves away already",
+            "remove [[damping]], or set sea.zone and sea.rate",
+        )
+    if scene.liquids:
+        yield "liquids", "the waves of a sea are those of one liquid", "remove them, or use a flume with [waves]"
+    if scene.fluid.blocks:
+        yield "fluid.blocks", "a sea fills the tank up to fluid.still_water_level", "leave the blocks out"
+    if scene.gravity == 0:
+        yield "gravity", "waves need gravity", "use e.g. 9.81"
+    if scene.sea.waves.absorb:
+        yield "sea.waves.absorb", "there is no piston that could absorb", "leave it out: the zones do"
+    if scene.sea.start == "waves" and scene.fluid.start != "hydrostatic":
+        yield "fluid.start", f"{scene.fluid.start!r} is of water at rest", "leave it out, or set sea.start = 'rest'"
+
+
+def _box(scene: Scene) -> Iterator[Fault]:
+    tank = scene.tank
+    if scene.closed or "z+" in tank.walls:
+        yield "tank.walls", "a sea needs a free surface", "raise the tank over the water, and leave 'z+' out"
+    if "z-" not in tank.walls:
+        yield "tank.walls", "a sea needs a floor", "add 'z-'"
+    if "x" in tank.periodic:
+        yield "tank.periodic", "a sea has walls and zones at both ends of the x axis", 'leave "x" out'
+    for side in sea_sides(scene):
+        if side not in tank.walls:
+            yield "tank.walls", f"a sea needs the wall {side}, which moves with its waves", f"add {side!r}"
+    turn = abs(math.sin(math.radians(scene.sea.heading)))
+    if turn > 1e-6 and scene.dimension == 2:
+        yield "sea.heading", f"{scene.sea.heading:g} degrees in two dimensions", "use 0 or 180"
+    elif turn > 1e-6 and "y" in tank.periodic:
+        yield "sea.heading", "waves across a periodic axis do not repeat themselves", "use 0 or 180"
+
+
+def _kind(scene: Scene) -> Iterator[Fault]:
+    yield from ((f"sea.{key}", fault, fix) for key, fault, fix in scene.sea.waves.faults(_water(scene)))
+    try:
+        incident_waves(scene)
+    except SceneError as error:
+        key = error.key or "sea.waves"
+        yield key if key.startswith("sea.") else f"sea.{key}", error.fault, error.fix
+
+
+def _zones(scene: Scene) -> Iterator[Fault]:
+    tank, (width, _) = scene.tank, sea_zone(scene)
+    for axis in {side[0] for side in sea_sides(scene)}:
+        d = tank.axes.index(axis)
+        size = tank.max[d] - tank.min[d]
+        if 2 * width > size - 4 * scene.smoothing_length:
+            fault = f"zones of {width:.3g} m at both ends leave nothing of the {size:g} m along {axis}"
+            yield "sea.zone", fault, f"use a longer box, or zones below {0.5 * size - 2 * scene.smoothing_length:.2g} m"
+    crest = scene.fluid.still_water_level + incident_waves(scene).crest
+    if crest + scene.spacing > tank.max[-1]:
+        yield "tank.max", f"crests come to z = {crest:.3g} m, the tank ends at {tank.max[-1]:g} m", "raise it"
+
+
+def sea_warnings(scene: Scene) -> list[str]:
+    """What is allowed but likely not meant, one line each."""
+    if scene.sea is None:
+        return []
+    return [
+        *(f"sea.{line}" if line.startswith("waves") else line for line in scene.sea.waves.warnings(_water(scene))),
+        *_own(scene),
+    ]
+
+
+def _own(scene: Scene) -> Iterator[str]:
+    tank, water, (width, rate) = scene.tank, _water(scene), sea_zone(scene)
+    length = water.length(longest_period(scene))
+    size = tank.max[0] - tank.min[0]
+    if size < length:
+        yield (
+            f"tank: {size:.3g} m is {size / length:.2f} of a wave length; what bodies send out has no room to leave in: "
+            f"make the box one and a half to two, {1.5 * length:.3g} to {2 * length:.3g} m"
+        )
+    part = reflection(width / length, rate / (2 * math.pi / longest_period(scene)))
+    if part > REFLECTING:
+        yield (
+            f"sea.zone: {width / length:.2f} wave lengths wide, sends back about {100 * part:.0f} % of what comes from the "
+            f"bodies, by long-wave theory; make it half a wave length or more, {0.5 * length:.3g} m"
+        )
+    if scene.numerics.artificial_viscosity > 0:
+        yield (
+            f"numerics.artificial_viscosity: {scene.numerics.artificial_viscosity:g} takes height from the waves between the "
+            "zones; 0 with numerics.mach = 0.3 keeps most (docs/guide/waves.md)"
+        )
+
+
+def sea_summary(scene: Scene) -> list[str]:
+    """The sea in figures, one line each."""
+    if scene.sea is None:
+        return []
+    water, (width, rate), waves = _water(scene), sea_zone(scene), incident_waves(scene)
+    period = longest_period(scene)
+    length, omega, size = water.length(period), 2 * math.pi / period, scene.tank.max[0] - scene.tank.min[0]
+    part = reflection(width / length, rate / omega)
+    start = "under waves from the first step" if scene.sea.start == "waves" else f"from rest, ramp {waves.ramp:.3g} s"
+    return [
+        *(f"sea: {line}" for line in scene.sea.waves.figures(water)),
+        f"sea: {scene.sea.waves.kind}, heading {scene.sea.heading:g} degrees, {start}; walls move by {waves.excursion:.3g} m",
+        f"sea: box of {size / length:.2f} wave lengths; zones of {width:.3g} m, {width / length:.2f} wave lengths, at "
+        f"{rate / omega:.1f} omega send back about {100 * part:.2g} %, by long-wave theory",
+        f"sea: a flume with a piston for the {size - 2 * width:.3g} m between the zones would be about "
+        f"{(FLUME * length + size - 2 * width) / size:.1f} times as long, and wait for its waves",
+    ]
+
+
+def _water(scene: Scene) -> Water:
+    return Water(wave_depth(scene), scene.gravity, scene.spacing)

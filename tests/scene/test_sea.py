@@ -1,0 +1,149 @@
+"""`[sea]` in a scene: what is refused, what is told, what it moves."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fsi.errors import SceneError
+from fsi.fluid.sea import Sea
+from fsi.owners import PISTON
+from fsi.particles.layout import build
+from fsi.particles.sea import check_zones
+from fsi.particles.state import BoundaryState
+from fsi.scene import geometry
+from fsi.scene.check import scene_warnings
+from fsi.scene.check_sea import sea_summary
+from fsi.scene.file import load_scene, resolved_toml
+
+SEA = """
+[sea.waves]
+wave_height = 0.1
+period = 1.3
+
+[numerics]
+artificial_viscosity = 0.0
+"""
+ROUND = "dimension = 3\nspacing = 0.1\nduration = 2\n[tank]\nmin = [-2,-1.5,-0.5]\nmax = [2,1.5,0.3]\n"
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        ({"waves.wave_height": "0.1", "waves.period": "1.3"}, "sea: the scene has [waves] too"),
+        ({"damping": "[{start = 5, end = 6}]"}, "damping: the zones of the sea take waves away already"),
+        ({"fluid.blocks": "[{min = [0, -0.5], max = [6, 0]}]"}, "fluid.blocks: a sea fills the tank"),
+        ({"tank.walls": '["x-", "x+", "z-", "z+"]'}, "tank.walls: a sea needs a free surface"),
+        ({"fluid.still_water_level": "0.5"}, "tank.walls: a sea needs a free surface"),
+        ({"tank.walls": '["x-", "z-"]'}, "tank.walls: a sea needs the wall x+"),
+        ({"tank.walls": '["x-", "x+"]'}, "tank.walls: a sea needs a floor"),
+        ({"tank.periodic": '["x"]'}, "tank.periodic: a sea has walls and zones at both ends"),
+        ({"sea.heading": "90"}, "sea.heading: 90 degrees in two dimensions"),
+        ({"sea.waves.absorb": "true"}, "sea.waves.absorb: there is no piston"),
+        ({"fluid.start": "converged"}, "fluid.start: 'converged' is of water at rest"),
+        ({"sea.zone": "3.0"}, "sea.zone: zones of 3 m at both ends leave nothing"),
+        ({"tank.max": "[6.0, 0.05]"}, "tank.max: crests come to z = 0.05"),
+        ({"sea.waves": "{kind = 'solitary', wave_height = 0.1}"}, "sea.waves.kind: waves of the kind 'solitary'"),
+        ({"sea.waves.order": "2", "sea.waves.period": "6"}, "sea.waves.order: H L^2 / d^3"),
+        ({"loads.a": "{on = 'x+'}"}, "loads.a.on: the wall x+ moves with the waves of the sea"),
+    ],
+)
+def test_what_cannot_be_is_refused(scene_file, change, told):
+    with pytest.raises(SceneError) as refused:
+        load_scene(scene_file(SEA), [f"{key}={value}" for key, value in change.items()])
+    assert any(told in line for line in str(refused.value).splitlines()), refused.value
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        ("tank.max=[1.5, 0.5]", "tank: 1.5 m is 0.65 of a wave length"),
+        ("sea.zone=0.3", "sea.zone: 0.13 wave lengths wide, sends back about "),
+        ("numerics.artificial_viscosity=0.02", "numerics.artificial_viscosity: 0.02 takes height"),
+        ("sea.waves.wave_height=0.05", "2.5 particles over the wave height"),
+    ],
+)
+def test_what_is_likely_not_meant_is_told(scene_file, change, told):
+    changes = [change, "sea.zone=0.6"] if change.startswith("tank") else [change]
+    assert any(told in line for line in scene_warnings(load_scene(scene_file(SEA), changes)))
+
+
+def test_a_sea_of_two_lengths_says_nothing_but_its_figures(scene_file, tmp_path):
+    scene = load_scene(scene_file(SEA), ["tank.max=[4.6, 0.5]"])
+    assert scene_warnings(scene) == []
+    figures, kind, box, flume = sea_summary(scene)
+    assert "kd 1.36" in figures and "5.0 spacings high" in figures
+    assert "under waves from the first step" in kind and "zones of 1.16 m, 0.50 wave lengths, at 2.5 omega" in box
+    assert "times as long" in flume
+    again = tmp_path / "again.toml"
+    again.write_text(resolved_toml(scene))
+    assert load_scene(again) == scene
+
+
+def placed(scene, time):
+    layout = build(scene)
+    boundary = BoundaryState(layout)
+    sea = Sea(scene, boundary, 1.0)
+    sea.place(boundary, time)
+    return layout, boundary, sea
+
+
+def test_walls_move_with_the_water_at_both_ends(scene_file):
+    scene = load_scene(scene_file(SEA), ["spacing=0.05"])
+    layout, boundary, sea = placed(scene, 0.35)
+    mine = boundary.of_owner(PISTON)
+    home = layout.boundary[mine]
+    assert set(np.sign(home[:, 0] - 3)) == {-1, 1} and (np.abs(home[:, 0] - 3) > 3).all()
+    face = home.copy()
+    face[:, 0] = np.clip(face[:, 0], 0, 6)
+    wet = face[:, 1] < 0
+    exact = sea.waves.velocity(0.35, face) - [sea.waves.drift, 0]
+    assert boundary.velocity[mine][wet, 0] == pytest.approx(exact[wet, 0], abs=0.15 * np.abs(exact).max())
+    np.testing.assert_allclose(boundary.skin[mine][wet, 1], exact[wet, 1], atol=1e-9)
+    assert np.abs(boundary.position[mine] - home).max() < geometry.retreats(scene)[0][0]
+    assert (layout.owner == PISTON).sum() == len(home) and not boundary.acceleration[boundary.of_owner(0)].any()
+
+
+def test_the_tank_is_filled_to_its_walls_under_waves_and_the_water_keeps_its_volume(scene_file):
+    scene = load_scene(scene_file(SEA), ["spacing=0.05"])
+    layout = build(scene)
+    still = build(load_scene(scene_file(SEA), ["spacing=0.05", "sea.start=rest"]))
+    assert len(layout.position) == len(still.position) and still.velocity.max() == 0
+    z = layout.position[:, -1]
+    waves = geometry.incident_waves(scene)
+    top = waves.elevation(0.0, layout.position[:, :1])
+    assert ((z < top) & (z > -0.5)).all() and (layout.pressure >= 0).all()
+    near = z > top - 0.06
+    assert layout.pressure[near] == pytest.approx(9810 * (top - z)[near], abs=120)
+    np.testing.assert_allclose(layout.velocity, waves.velocity(0.0, layout.position))
+
+
+def test_oblique_waves_move_all_four_walls_and_long_crested_ones_along_x_two(scene_file):
+    straight = load_scene(scene_file(SEA + "[sea]\nzone = 0.5\n", instead=ROUND))
+    oblique = load_scene(scene_file(SEA + "[sea]\nzone = 0.5\nheading = 30\n", instead=ROUND))
+    assert geometry.moving_sides(straight) == {"x-", "x+"}
+    assert geometry.moving_sides(oblique) == {"x-", "x+", "y-", "y+"}
+    _, boundary, _ = placed(oblique, 0.2)
+    mine = boundary.velocity[boundary.of_owner(PISTON)]
+    np.testing.assert_allclose(mine[:, 1], math.tan(math.radians(30)) * mine[:, 0], atol=1e-12)
+    assert np.isfinite(boundary.acceleration).all()
+
+
+class Box:
+    """A solid whose face comes to x = 0.8."""
+
+    name = "float"
+
+    def boundary(self, spacing, layers):
+        return np.array([[0.8, -0.1], [1.5, -0.1]])
+
+
+class Bodies:
+    def solids(self):
+        return [(2, Box())]
+
+
+def test_a_body_in_a_zone_is_refused(scene_file):
+    with pytest.raises(SceneError, match=r"sea.zone: float comes to 0.8 m from the side x-"):
+        check_zones(load_scene(scene_file(SEA)), Bodies())
+    check_zones(load_scene(scene_file(SEA), ["sea.zone=0.7"]), Bodies())
