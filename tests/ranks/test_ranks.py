@@ -14,6 +14,8 @@ import pytest
 from cases.bench import scaling
 from fsi.errors import SceneError
 from fsi.ranks.decomposition import Decomposition, chosen_shape, imbalance
+from fsi.ranks.start import refuse
+from fsi.scene.model import Scene
 
 sys.path.insert(0, str(Path(__file__).parent))
 import runs  # beside this file
@@ -202,6 +204,18 @@ def test_boxes_follow_the_water_and_change_nothing(scene, tmp_path):
     facts = json.loads((tmp_path / "three" / "run.json").read_text())["ranks"]
     assert facts["moves"] > 0 and facts["cuts"][0][-1] > 0.4  # where the water was at the start
     assert facts["sent_per_step"]["migration"] > 0
+
+
+def test_what_ranks_cannot_do_is_refused_by_name():
+    tank = {
+        "spacing": 0.1,
+        "duration": 1.0,
+        "tank": {"min": [0, 0], "max": [1, 1]},
+        "fluid": {"still_water_level": 0.5},
+    }
+    refuse(Scene.model_validate(tank))
+    with pytest.raises(SceneError, match="iisph does not run on several processes"):
+        refuse(Scene.model_validate(tank | {"numerics": {"solver": "iisph"}}))
 
 
 def test_whole_slices_share_the_work_and_shapes_are_what_was_asked_for():
