@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fsi.fluid.chebyshev import SOUND, iteration
 from fsi.scene.geometry import mean_spacing, stretch
 from fsi.scene.model import Scene
@@ -60,3 +62,12 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         guard2=(1.1 * numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )
     return Constants(*(dtype(v) for v in values))
+
+
+def impulse_units(scene: Scene, depth: float, mass: float) -> np.ndarray:
+    """Units (6,) [N s, N m s] in which impulses on an owner are counted where sums must not depend on any order, powers of
+    two: fine against that of a particle of this mass [kg] at the speed of long waves, with room for millions of them."""
+    speed = max(math.sqrt(scene.gravity * depth), scene.spacing)
+    side = max(b - a for a, b in zip(scene.tank.min, scene.tank.max, strict=True))
+    unit = 2.0 ** (math.ceil(math.log2(mass * speed)) - 40)
+    return unit * np.array([1.0, 1.0, 1.0, *[2.0 ** math.ceil(math.log2(max(side, 1.0)))] * 3])

@@ -21,25 +21,15 @@ from cases.validation.engine.case import Case, Wrong
 from cases.validation.engine.pictures import Chart, Pictured
 from cases.validation.engine.scenes import builder, spacings
 from cases.validation.engine.several import runs
+from fsi.fluid.gauges import elevation
 from fsi.simulation.loop import Simulation
 
 MOMENTS, START = (0.4, 0.8), 0.75  # [s]; the front of the sand at the start [m]
 END = 0.85  # of the runs of a sweep [s]
-COLUMNS = np.arange(0.3, 3.4, 0.02)  # where the surface is read [m]
-MEAN = 11  # columns that its height is a mean of
+COLUMNS = np.arange(0.3, 3.4, 0.05)  # where the surface is read [m]
 YIELD, VISCOUS = 4000.0, 100.0  # of the sweep [Pa], [Pa s]
 LOWER = 0.95  # crest of stiffer sand over that of the sand, at most
 FINEST = {"front_early": 0.1092, "front_late": 0.3151, "crest_late": 0.0299}  # at a spacing of 10 mm [m]
-
-
-def surface(position: np.ndarray, dr: float) -> np.ndarray:
-    """Height of the surface [m] at `COLUMNS` above that at rest, of particles (n, 2): half a spacing over the highest of those
-    within a spacing, as a mean over 0.2 m, that splash does not count."""
-    order = np.argsort(position[:, 0])
-    x, z = position[order].T
-    first, last = np.searchsorted(x, COLUMNS - dr), np.searchsorted(x, COLUMNS + dr)
-    top = np.array([z[i:j].max(initial=-np.inf) + 0.5 * dr for i, j in zip(first, last, strict=True)])
-    return np.convolve(np.pad(top, MEAN // 2, mode="edge"), np.full(MEAN, 1 / MEAN), mode="valid")
 
 
 class Profiles(Pictured):
@@ -48,7 +38,7 @@ class Profiles(Pictured):
     moments, colour, window = MOMENTS, "speed", ((-0.3, 3.5), (-1.6, 0.2))
 
     def begin(self, sim: Simulation) -> None:
-        self.dr, self.leaks, self.seen = sim.scene.spacing, 0, {}
+        self.dr, self.h, self.leaks, self.seen = sim.scene.spacing, sim.scene.smoothing_length, 0, {}
 
     def sample(self, sim: Simulation) -> None:
         fluid, self.leaks = sim.fluid, sim.fluid.lost
@@ -56,7 +46,11 @@ class Profiles(Pictured):
         for moment in MOMENTS:
             if sim.time >= moment - 1e-9 and moment not in self.seen:
                 front = fluid.position[sand, 0].max() + 0.5 * self.dr if sand.any() else np.nan
-                self.seen[moment] = surface(fluid.position[~sand], self.dr), front
+                self.seen[moment] = self.surface(fluid.position), front
+
+    def surface(self, position: np.ndarray) -> np.ndarray:
+        """Height of the surface [m] at `COLUMNS` above that at rest, as gauges read it."""
+        return np.array([elevation(position, np.array([x]), self.dr, self.h) for x in COLUMNS])
 
     def facts(self) -> dict[str, float]:
         """Way of the front at both times, height of the crest at the second [m]."""
