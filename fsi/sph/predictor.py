@@ -68,7 +68,7 @@ def make_predictor(
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
     particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
-    is 1 + 1 / dim on average. `viscosity`: "none", "no_slip" where walls drag, "free_slip". `ordered`: no sum depends on
+    is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip". `ordered`: no sum depends on
     neighbours out of reach, not in its last bit either. Without a `surface` a gap between particles is no free surface, and
     the shift closes it."""
     L, DIM, Z = lanes, dim, dim - 1
@@ -100,8 +100,9 @@ def make_predictor(
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        r = sqrt(r2)
-        rise = r - component(x_ij, Z)  # r (1 + cosine of the way up)
+        rise = sqrt(r2) - component(x_ij, 0) * k.up_x - component(x_ij, Z) * k.up_z  # r (1 + cosine)
+        if DIM == 3:
+            rise = rise - component(x_ij, 1) * k.up_y
         solid = solid + slope(closeness(r2, k.inverse_support)) * rise * rise
         return laplacian, density, spread, force, linked, solid
 
@@ -109,7 +110,9 @@ def make_predictor(
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        rise = sqrt(r2) - component(x_ij, Z)
+        rise = sqrt(r2) - component(x_ij, 0) * k.up_x - component(x_ij, Z) * k.up_z
+        if DIM == 3:
+            rise = rise - component(x_ij, 1) * k.up_y
         return (
             laplacian,
             density,
