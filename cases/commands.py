@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from fsi import runner
-from fsi.command import AsJson, Trust
+from fsi.command import AsJson, Settings, Trust
 from fsi.errors import RunError
 from fsi.strict_json import dumps
 
@@ -75,10 +75,22 @@ def bench(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The report; BENCHMARK.md if not given, none with --quick.")
     ] = None,
+    ranks: Annotated[
+        list[int] | None,
+        typer.Option(min=2, metavar="N", help="Only what it costs to share a step among N ranks. Repeatable."),
+    ] = None,
+    scene: Annotated[str, typer.Option(metavar="SCENE", help="The scene for --ranks.")] = "tank_still",
+    settings: Settings = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure speed, memory and start-up on this machine."""
+    if ranks:
+        from cases.bench.ranks import cost_of_ranks, lines
+
+        rows = cost_of_ranks(ranks, scene, tuple(settings or ()))
+        print(dumps(rows) if as_json else "\n".join(lines(rows)))
+        return
     result = runner.bench(quick=quick, large=large, out=out, quiet=quiet)
     if as_json:
         print(dumps(result.result))

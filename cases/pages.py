@@ -21,9 +21,7 @@ def report(
         for key, value in (("--scale", scale), ("--scatter", scatter)):
             if value is not None:
                 raise SceneError("is of no use to a comparison", key=key, fix="write the report of one folder with it")
-        from cases.report.compare import compare
-
-        return compare(directories, out or "comparison.html")
+        return _compared([Path(directory) for directory in directories], Path(out or "comparison.html"))
     if out is not None:
         fix = "leave it out: the page is report.html in the folder"
         raise SceneError("is the page of a comparison", key="--out", fix=fix)
@@ -37,3 +35,26 @@ def report(
     from cases.study.report import report as of_study
 
     return of_study(directory, scale=scale, scatter=scatter)
+
+
+def _compared(folders: list[Path], out: Path) -> Path:
+    """Write the page of folders that are all of runs or all of studies. Raises SceneError where they are mixed, too many, or
+    `out` is a file that is no page of ours."""
+    from cases.report.charts import COLOURS
+    from cases.report.compare import of_runs, short_names
+    from cases.report.page import MADE_BY
+
+    if len(folders) > len(COLOURS):
+        raise SceneError(f"{len(folders)} folders", key="DIR", fix=f"compare at most {len(COLOURS)} at a time")
+    if out.is_dir() or (out.is_file() and MADE_BY not in out.read_text(encoding="utf-8", errors="replace")[:2000]):
+        raise SceneError(f"{out} is something else than a page of Spindrift", key="--out", fix="name another file")
+    runs = [Path(folder, "run.json").is_file() for folder in folders]
+    names = short_names(folders)
+    if all(runs):
+        return of_runs(folders, names).write(out)
+    if any(runs):
+        odd, run = folders[runs.index(False)], folders[runs.index(True)]
+        raise SceneError(f"{odd} holds no run, {run} does", fix="compare runs with runs, studies with studies")
+    from cases.study.compare import of_studies
+
+    return of_studies(folders, names).write(out)

@@ -27,6 +27,7 @@ from fsi.scene.file import builtin_scenes, load_scene, resolved_toml
 from fsi.simulation.signals import at_once
 from fsi.strict_json import dumps
 
+SHARED = ("run", "resume")  # what several processes do together
 FAILED, WRONG_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
 
@@ -78,6 +79,10 @@ RunDirectory = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of
 Settings = Annotated[list[str] | None, typer.Option("--set", metavar="A.B=VALUE", help="Replace a value of the scene.")]
 Until = Annotated[float | None, typer.Option(metavar="T", help="Simulated time [s] in place of the scene's duration.")]
 Level = Annotated[str | None, typer.Option(metavar="NAME", help="A table [levels.NAME] of the scene, such as paper.")]
+Arrangement = Annotated[
+    str | None,
+    typer.Option(metavar="4x1x1", help="Processes along x, y and z, as mpiexec starts them; chosen if not given."),
+]
 Trust = Annotated[bool, typer.Option("--trust", help="Run the Python code that it names: docs/guide/trust.md.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
@@ -90,11 +95,17 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_version)
     ] = False,
 ) -> None:
     """Explicit incompressible SPH, coupled to rigid bodies in MuJoCo."""
+    command, started = context.invoked_subcommand, runner.together() or 1
+    if started > 1 and command not in SHARED:
+        with exit_codes():
+            fault = f"fsi {command} runs in one process, and {started} were started"
+            raise SceneError(fault, fix=f"start it without mpiexec; {' and '.join(SHARED)} can be shared")
 
 
 @contextmanager
@@ -148,10 +159,11 @@ def run(
     viewer: Annotated[Literal["mujoco"] | None, typer.Option(help="Watch the bodies in MuJoCo's own viewer.")] = None,
     trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+    ranks: Arrangement = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run a scene."""
-    with exit_codes():
+    """Run a scene; `mpiexec -n 4 fsi run SCENE` shares it among four processes."""
+    with exit_codes(), runner.joined(ranks) as member:
         result = runner.run(
             scene,
             out=out,
@@ -163,6 +175,7 @@ def run(
             viewer=viewer,
             trust=trust,
             quiet=quiet,
+            ranks=member,
         )
         if as_json:
             _result(dumps({"folder": str(result.folder), **read_manifest(result.folder)}))
@@ -189,6 +202,7 @@ def check(
         bool, typer.Option("--periods", help="Run a step for the natural periods of the bodies.")
     ] = False,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
+    ranks: Arrangement = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the resolved scene, as TOML, and what a run of it would take. No code that it names is run."""
@@ -201,12 +215,15 @@ def check(
             measure=measure,
             periods=periods,
             threads=threads,
+            ranks=ranks,
         )
         if as_json:
             print(dumps(result | {"scene": result["scene"].model_dump(mode="json")}))
             return
         print(resolved_toml(result["scene"]))
-        for line in (*result["waves"], *floating_lines(result["hydrostatics"]), *_estimate_lines(result["estimate"])):
+        shares = _rank_lines(result["ranks"]) if ranks else []
+        floats = floating_lines(result["hydrostatics"])
+        for line in (*result["waves"], *floats, *_estimate_lines(result["estimate"]), *shares):
             print(f"# {line}")
         for name, period in result.get("natural_periods", {}).items():
             print(f"# natural period, {name}: {period:.3g} s")
@@ -237,6 +254,25 @@ def _estimate_lines(estimate: dict) -> list[str]:
     ]
 
 
+def _rank_lines(plan: dict) -> list[str]:
+    unequal = plan["imbalance"]
+    lines = [
+        f"ranks: {'x'.join(map(str, plan['shape']))}; largest over mean: {unequal['equal']:.3f} of the particles in boxes "
+        f"of equal size, {unequal['particles']:.3f} in boxes balanced by particles, {unequal['work']:.3f} of the work as a run "
+        "balances it"
+    ]
+    axes = "xz" if len(plan["shape"]) == 2 else "xyz"
+    for number, rank in enumerate(plan["ranks"]):
+        sides = zip(axes, rank["low"], rank["high"], strict=True)
+        ends = ((a, *("" if end is None else f"{end:.4g}" for end in both)) for a, *both in sides)
+        box = ", ".join(f"{axis} {low}..{high}" for axis, low, high in ends if low or high)
+        lines.append(
+            f"rank {number}: {box or 'everything'}: {rank['fluid']} fluid, {rank['boundary']} boundary, "
+            f"{rank['ghosts']} ghosts, work {rank['work']:.3f}, {rank['memory_bytes'] / 1e6:.0f} MB"
+        )
+    return lines
+
+
 @app.command()
 def resume(
     directory: RunDirectory,
@@ -244,12 +280,13 @@ def resume(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
     trust: Trust = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress and no messages.")] = False,
+    ranks: Arrangement = None,
 ) -> None:
-    """Go on with a run that was interrupted or killed, from its last checkpoint."""
+    """Go on with a run that was interrupted or killed, from its last checkpoint; on any number of processes."""
     from fsi.resuming import resume as go_on
 
-    with exit_codes():
-        result = go_on(directory, until=until, threads=threads, trust=trust, quiet=quiet)
+    with exit_codes(), runner.joined(ranks) as member:
+        result = go_on(directory, until=until, threads=threads, trust=trust, quiet=quiet, ranks=member)
         _result(f"{result.folder}: {result.status}, {result.simulated_seconds:g} s in {result.steps} steps")
         if result.exit_code:
             raise typer.Exit(result.exit_code)

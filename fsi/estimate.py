@@ -8,6 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
+import numpy as np
+
 from fsi.compute.team import available_threads
 from fsi.fluid.chebyshev import sweeps_to
 from fsi.fluid.gauges import dry_gauges
@@ -30,6 +32,8 @@ DENSITIES = 1.15  # time of sweeps between liquids of unequal density
 DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps over single
 BODIES = 1.1  # time of a step with bodies over one without
 SERIAL = 5e-4  # of a step, on one thread [s]; twice that with bodies
+
+LAYOUT_BYTES = 100  # of each particle of the whole scene, which every rank of a run builds
 
 COPIED = 1e9  # bytes of a state that are copied in a second, while the run waits
 BASE = 20_000  # bytes of a checkpoint besides particles: the scene, and what is small
@@ -58,6 +62,39 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "notes": (*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)),
         **log_size(scene, bodies, fluid, steps),
         "seconds": steps * (work / available_threads() + SERIAL * (2 if bodies else 1)),
+    }
+
+
+def shared(scene: Scene, arrangement: str, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:
+    """What a run on ranks arranged as 4x1x1 would give each of them at the start: `shape`; `imbalance`, the largest over the
+    mean number of particles in boxes of equal size (`equal`), in boxes balanced by `particles`, and the same of work in boxes
+    balanced by `work`, which a run takes; and of these for each of the `ranks` box (`low`, `high`, None where open), `fluid`,
+    `boundary`, `ghosts`, share of the mean work, and `memory_bytes`, the whole layout at the start included."""
+    from fsi.ranks.balance import planned, shares
+    from fsi.ranks.decomposition import arranged, imbalance
+
+    layout = build(scene, bodies, ground)
+    size = math.prod(arranged(arrangement))
+    whole = len(layout.position) + len(layout.boundary)
+
+    def numbers(**how) -> float:
+        boxes = planned(scene, layout, size, arrangement, **how)
+        return imbalance(np.array([s.fluid + s.boundary for s in shares(scene, layout, boxes, ghosts=False)], float))
+
+    boxes = planned(scene, layout, size, arrangement)
+    held = shares(scene, layout, boxes)
+    work = np.array([share.work for share in held])
+    bytes_each = BYTES[scene.dimension] * (DOUBLE_BYTES if scene.numerics.precision == "double" else 1.0)
+    rows = []
+    for rank, share in enumerate(held):
+        low, high = ([float(x) if math.isfinite(x) else None for x in end] for end in boxes.box(rank))
+        memory = int(bytes_each * (share.fluid + share.ghosts + share.boundary) + LAYOUT_BYTES * whole)
+        counts = {"fluid": share.fluid, "boundary": share.boundary, "ghosts": share.ghosts}
+        rows.append({"low": low, "high": high, **counts, "work": share.work / work.mean(), "memory_bytes": memory})
+    return {
+        "shape": list(boxes.shape),
+        "imbalance": {"equal": numbers(balance=False), "particles": numbers(weighed=False), "work": imbalance(work)},
+        "ranks": rows,
     }
 
 

@@ -11,6 +11,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
+from fsi.plugins import hidden
+
 
 def _locate(path: str | Path, info: ValidationInfo) -> Path:
     """The absolute path: `package://NAME/...` lies in that installed package, a relative path in the folder of the
@@ -22,6 +24,8 @@ def _locate(path: str | Path, info: ValidationInfo) -> Path:
         spec = find_spec(package) if package.isidentifier() else None
         if spec is None or not spec.submodule_search_locations:
             raise ValueError(f"no installed package {package!r}; write package://bodies/models/FILE or a plain path")
+        if fix := hidden(package):
+            raise ValueError(f"lies in another package {package!r} than Spindrift's; {fix}")
         return Path(spec.submodule_search_locations[0], rest).absolute()
     return Path((info.context or {}).get("folder", "."), Path(path).expanduser()).resolve()
 

@@ -77,7 +77,7 @@ def find(group: str, name: str) -> Any:
         package = _package(entries[0])
         raise SceneError(
             f"the {what} of the package {package!r} ({entries[0].value}) cannot be loaded: {type(fault).__name__}: {fault}",
-            fix=f"repair or uninstall {package}",
+            fix=_remedy(entries[0]),
         ) from fault
 
 
@@ -87,6 +87,24 @@ def check_ours(group: str, name: str) -> None:
         packages = ", ".join(map(_package, entries))
         fault = f"the {group.removesuffix('s')} {name!r} is one of ours, and {packages} brings another by that name"
         raise SceneError(fault, fix="rename it there, or uninstall that package")
+
+
+def hidden(top: str) -> str:
+    """What to do where Python finds another folder by the name of a package of ours first, such as `bodies` or `cases` of the
+    folder that it was started in; empty where it does not."""
+    ours = {
+        e.module.partition(".")[0] for g in _GROUPS for es in registered(g).values() for e in es if _package(e) == OURS
+    }
+    place, home = _place(top), Path(__file__).resolve().parents[1]
+    if top in ours and place and place.resolve().parent != home:
+        return f"{place} hides Spindrift's package {top!r}: rename it, or run the command fsi instead of python in that folder"
+    return ""
+
+
+def _remedy(entry: EntryPoint) -> str:
+    """What to do about an entry that cannot be loaded."""
+    top = entry.module.partition(".")[0]
+    return (hidden(top) if _package(entry) == OURS else "") or f"repair or uninstall {_package(entry)}"
 
 
 def _package(entry: EntryPoint) -> str:
@@ -138,7 +156,7 @@ def folders(group: str) -> list[Path]:
             if place is None or not place.is_dir():
                 package = _package(entry)
                 fault = f"the {group} {name!r} of the package {package!r} are in no folder: {entry.value}"
-                raise SceneError(fault, fix=f"repair or uninstall {package}")
+                raise SceneError(fault, fix=_remedy(entry))
             found.append(place)
     return found
 

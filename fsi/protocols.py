@@ -215,13 +215,19 @@ class Halo(Protocol):
 
     room: float  # memory to provide, over that for the particles at the start
 
+    def expected(self, count: int) -> int:
+        """For how many particles to make room before the first step, of so many that the fluid has in all."""
+
     def exchange(self, particles: Particles) -> int:
         """Drop ghosts that are left, give away and take in particles that have changed sides, and append the ghosts behind all
         others. Returns how many particles are own."""
 
-    def locate(self, order: np.ndarray, inside: int) -> int:
-        """The particles have been sorted: row r holds particle order[r], and rows below `inside` are in the domain. Returns how
-        many ghosts are in it."""
+    def locate(self, order: np.ndarray, sort) -> int:
+        """The particles have been sorted (`fsi.particles.cells.CellSort`): row r holds particle order[r], and rows below
+        `sort.inside` are in the domain. May change the order within cells. Returns how many ghosts are in the domain."""
+
+    def idle(self) -> np.ndarray:
+        """Which of the fluid's rows are ghosts that no sums need to be made for (n,); empty where there are none."""
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the rows (n, ...) of the ghosts what their sources have in these columns."""
@@ -229,6 +235,9 @@ class Halo(Protocol):
     def holds(self, position: np.ndarray) -> np.ndarray | None:
         """Which boundary particles at these places (b, dim) this fluid counts the forces on, so that several fluids that all
         know them count each once; None for all."""
+
+    def nearby(self, placed) -> np.ndarray | None:
+        """Numbers of the boundary particles (`fsi.particles.state.BoundaryState`) that act on this fluid; None for all."""
 
     def drop(self, particles: Particles) -> np.ndarray | slice:
         """Drop the ghosts. Returns what chooses the own particles out of the rows of the step."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fsi.errors import SceneError
 from fsi.messages import Messages
 from fsi.record.run_folder import RunFolder, damage_of, liveness, process
-from fsi.runner import Run, finish
+from fsi.runner import Run, finish, opened
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
 from fsi.trust import trusting
@@ -27,6 +27,7 @@ def resume(
     quiet: bool = False,
     controller: Controller | None = None,
     control_interval: float | None = None,
+    ranks: Any = None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
     not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
@@ -37,8 +38,9 @@ def resume(
     RunError where the run fails.
     """
     path = Path(directory)
-    with RunFolder.open(path) as folder, trusting(trust):
-        return _go_on(folder, until, threads, Messages(quiet), quiet, controller, control_interval)
+    taken = ranks.folder(RunFolder.open, path) if ranks else RunFolder.open(path)
+    with taken as folder, trusting(trust):
+        return _go_on(folder, until, threads, Messages(quiet), quiet, controller, control_interval, ranks)
 
 
 def _go_on(
@@ -49,6 +51,7 @@ def _go_on(
     quiet: bool,
     controller: Controller | None,
     control_interval: float | None,
+    ranks: Any,
 ) -> Run:
     path, manifest = folder.path, folder.manifest
     status = liveness(manifest, claimed=True)
@@ -65,8 +68,9 @@ def _go_on(
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    recorders = open_recorders(scene, path, None, facts["log"])
-    sim = Simulation(scene, recorders=recorders, threads=threads)
+    recorders = opened(ranks, open_recorders, scene, path, None, facts["log"])
+    threads = ranks.threads(threads) if ranks else threads
+    sim = Simulation(scene, recorders=recorders, threads=threads, ranks=ranks)
     if controller is not None:
         sim.steer(controller, control_interval)
     try:
@@ -74,11 +78,13 @@ def _go_on(
     except (ValueError, KeyError) as fault:
         raise SceneError(f"the checkpoint does not fit: {fault}", file=path, fix="run the scene again") from fault
     del state
+    if ranks:
+        ranks.ranks.barrier()  # all have read what is renewed now
     again = [*manifest.get("resumed", []), {"time": facts["time"], "step": facts["step"], "was": status}]
     folder.write(status="running", reason="", resumed=again, threads=sim.threads, **process())
     say(f"going on in {path} from t = {facts['time']:.4g} s, step {facts['step']}")
     result = finish(sim, folder, recorders, scene.duration if until is None else until, say, quiet=quiet)
-    if result.status == "done" and scene.output.timeline:
+    if result.status == "done" and scene.output.timeline and (ranks is None or ranks.root):
         from fsi.record.timeline_reader import mend
 
         mend(path / "run.rrd")

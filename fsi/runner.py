@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 
     from fsi.protocols import Controller
     from fsi.simulation.view import View
+
+
+STARTED = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")  # how many processes were started together
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,7 @@ def run(
     controller: Controller | None = None,
     control_interval: float | None = None,
     viewer: Literal["mujoco"] | None = None,
+    ranks: Any = None,
 ) -> Run:
     """Run a scene, a scene file or a built-in scene into the folder `out` (`runs/NAME` if none is given).
 
@@ -72,7 +77,8 @@ def run(
     `live` shows the timeline in the browser as the run goes on, `viewer="mujoco"` the bodies in MuJoCo's own viewer, both on
     this machine only. `trust` lets the Python code run that the scene names (`fsi.trust`). `on_step` is called after each step
     with the run as it stands (`fsi.simulation.view.View`); `controller` before every step, or every `control_interval` seconds,
-    and may set `data.ctrl` (`fsi.protocols.Controller`).
+    and may set `data.ctrl` (`fsi.protocols.Controller`). `ranks`: this process as one of several that
+    the run is shared among (`joined`).
     SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGUSR1 end the run after the step in hand, within 2 s, with status `interrupted` and
     a checkpoint for `fsi.resume`; a second SIGINT ends it at once.
     Raises SceneError where the input is wrong, RunError where the run fails; what was logged stays readable.
@@ -88,17 +94,45 @@ def run(
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    with RunFolder.choose(scene, out) as folder, _window(bodies) if viewer else nullcontext() as window:
-        web = _viewer() if live else None
-        recorders = open_recorders(scene, folder.path, web and web.sink)
+    taken = ranks.folder(RunFolder.choose, scene, out) if ranks else RunFolder.choose(scene, out)
+    first = ranks is None or ranks.root
+    with taken as folder, _window(bodies) if viewer and first else nullcontext() as window:
+        web = _viewer() if live and first else None
+        recorders = opened(ranks, open_recorders, scene, folder.path, web and web.sink)
+        parts = {"bodies": bodies, "coupler": coupler, "ground": ground, "recorders": recorders}
         with trusting(trust):
-            sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, recorders=recorders, threads=threads)
+            sim = Simulation(scene, **parts, threads=ranks.threads(threads) if ranks else threads, ranks=ranks)
         if controller is not None:
             sim.steer(controller, control_interval)
         check_room(scene, bodies, sim.counts["fluid"], folder.path)
         folder.create(scene, threads=sim.threads, particles=sim.counts, scene_warnings=warnings)
         say(f"writing to {folder.path}")
         return finish(sim, folder, recorders, scene.duration, say, web, quiet, _watching(sim, window, on_step))
+
+
+def together() -> int | None:
+    """How many processes were started with this one, as the environment says; None where it says nothing."""
+    return next((int(os.environ[name]) for name in STARTED if os.environ.get(name, "").isdigit()), None)
+
+
+@contextmanager
+def joined(shape: str | None = None) -> Iterator[Any]:
+    """This process as one of several that a run is shared among, arranged as `shape`, such as 4x1x1 (chosen if not given), for
+    `run` and `resume`; None where `mpiexec` has not started several, or asks for none."""
+    started = together()
+    if shape is None and (started or 1) == 1:
+        yield None
+        return
+    from fsi.ranks.start import join
+
+    ranks = join(shape, started)
+    with ranks.watch.over():
+        yield ranks
+
+
+def opened(ranks, open_recorders, *arguments) -> list:
+    """The recorders of a run, of which the first of several processes alone writes."""
+    return ranks.recorders(lambda: open_recorders(*arguments)) if ranks else open_recorders(*arguments)
 
 
 def finish(
@@ -145,11 +179,13 @@ def check(
     measure: int = 0,
     periods: bool = False,
     threads: int | None = None,
+    ranks: str | None = None,
 ) -> dict[str, Any]:
     """What a run of the scene would be, found without running code that it names: `scene` (resolved), `estimate` (particle
     counts, memory_bytes, steps, seconds), `waves` in figures, `hydrostatics` of the bodies
     (`fsi.protocols.BodySet.hydrostatics`), `warnings` and `notes`; with `measure`, the estimate comes from so many steps that
-    are run and timed (`fsi.estimate.measured`), with `periods` there are `natural_periods` (`fsi.periods`).
+    are run and timed (`fsi.estimate.measured`), with `periods` there are `natural_periods` (`fsi.periods`), with `ranks`, such
+    as 4x1x1, what each of the processes arranged so would have to do (`fsi.estimate.shared`).
 
     Raises SceneError where the input is wrong, RunError where a measured step fails."""
     source, (scene, label) = scene, _load(scene, overrides, until, level)
@@ -160,7 +196,7 @@ def check(
 
             controller_of(scene, label)
     floats = bodies.hydrostatics() if bodies else {}  # before the bodies are moved
-    from fsi.estimate import checkpoint_cost, estimate, measured
+    from fsi.estimate import checkpoint_cost, estimate, measured, shared
     from fsi.scene.check_sea import sea_summary
     from fsi.scene.check_waves import wave_summary
 
@@ -185,6 +221,7 @@ def check(
         **({"natural_periods": natural} if periods else {}),
         "warnings": _warnings(scene, bodies, ground, label) + afloat(scene, floats) + narrow(scene, bodies, ground),
         "notes": notes,
+        **({"ranks": shared(scene, ranks, bodies, ground)} if ranks else {}),
     }
 
 

@@ -1,4 +1,4 @@
-"""Two or more runs, or two or more studies, on one page: what differs between their scenes, their figures and their curves."""
+"""Two or more runs on one page: what differs between their scenes, their figures and their curves."""
 
 from __future__ import annotations
 
@@ -9,41 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts
-from cases.report.page import MADE_BY, Page, Section
+from cases.report.page import Page, Section
 from fsi.errors import SceneError
 
-MOST = len(charts.COLOURS)  # runs or studies on a page
 MOST_PANELS = 24
 SERIES = (
     "joint_position", "joint_force", "pto_power", "body_force", "body_torque", "load_force", "mooring_tension", "elevation",
     "pressure", "discharge", "runup_height", "sensor_reading", "kinetic_energy",
 )  # fmt: skip
 SAME = 1e-6  # of the largest, below which a curve is left out as zero
-
-
-def compare(folders: Sequence[str | Path], out: str | Path = "comparison.html") -> Path:
-    """Write the page of these folders, all of runs or all of studies, to the file `out`; returns it.
-
-    Raises SceneError where they are mixed, too many, or `out` is a file that is no page of ours."""
-    folders, out = [Path(folder) for folder in folders], Path(out)
-    if len(folders) > MOST:
-        raise SceneError(f"{len(folders)} folders", key="DIR", fix=f"compare at most {MOST} at a time")
-    if out.is_dir() or (out.is_file() and MADE_BY not in out.read_text(encoding="utf-8", errors="replace")[:2000]):
-        raise SceneError(f"{out} is something else than a page of Spindrift", key="--out", fix="name another file")
-    runs = [Path(folder, "run.json").is_file() for folder in folders]
-    if any(runs) and not all(runs):
-        odd = folders[runs.index(False)]
-        raise SceneError(
-            f"{odd} holds no run, {folders[runs.index(True)]} does", fix="compare runs with runs, studies with studies"
-        )
-    names = short_names(folders)
-    if all(runs):
-        page = _of_runs(folders, names)
-    else:
-        from cases.study.compare import of_studies
-
-        page = of_studies(folders, names)
-    return page.write(out)
 
 
 def short_names(folders: Sequence[Path]) -> list[str]:
@@ -82,7 +56,7 @@ def _flat(table, before: str = ""):
             yield f"{before}{key}", value
 
 
-def _of_runs(folders: Sequence[Path], names: Sequence[str]) -> Page:
+def of_runs(folders: Sequence[Path], names: Sequence[str]) -> Page:
     from cases.report.run import key_figures
     from fsi.record.run_folder import frames_of, read_manifest
     from fsi.scene.file import load_scene

@@ -122,17 +122,24 @@ def radiation_figures(data, scene: Scene, start: float | None = None) -> Iterato
 def forces(part, bodies) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (n,) [s], joint positions (n, joints) and the fluid's force on each joint less that of still water (n, joints).
 
-    The log has the mean force over the step that ends at its time: it belongs to the middle of the step.
+    The log has the force of the step that ends at its time: its hydrostatic part is that of the pose at the start of the step,
+    the acceleration that it answers to is that of the middle.
     """
     names, dofs = list(map(str, bodies.joint_names)), list(bodies.joint_dof)
-    half = 0.5 * part.time_step.values
-    position = part.joint_position.values - half[:, None] * part.joint_velocity.values
+    step, time = part.time_step.values, part.time.values
+    velocity = part.joint_velocity.values
+    acceleration = np.gradient(velocity, time, axis=0)
+
+    def before(h: np.ndarray) -> np.ndarray:
+        h = h[:, None]
+        return part.joint_position.values - h * velocity + h**2 / 2 * acceleration
+
     wrench = np.concatenate([part.body_force.values, part.body_torque.values], axis=2)
-    still, force = bodies.buoyancy(), np.empty((len(half), len(names)))
-    for n, row in enumerate(position):
+    still, force = bodies.buoyancy(), np.empty((len(time), len(names)))
+    for n, row in enumerate(before(step)):
         bodies.place(dict(zip(names, row, strict=True)), {})
         force[n] = np.einsum("bij,bi->j", bodies.motion().jacobian, wrench[n] - still())[dofs]
-    return part.time.values - half, position, force
+    return time - 0.5 * step, before(0.5 * step), force
 
 
 def _units(rotary) -> tuple[str, str]:

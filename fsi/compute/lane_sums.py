@@ -51,6 +51,15 @@ def _stack_array(context, builder, kind, *shape):
 
 
 @lane_op
+def plus(typing, a, b):
+    """The sum of two doubles, or of lanes, not to be reordered with others: a loop of such sums adds in the order of its terms,
+    where the compiler would else add several of them first in a short loop that it unrolls. The flag keeps numba from
+    allowing more."""
+    out = a if isinstance(a, Lanes) else types.float64
+    return out(out, out), lambda context, builder, sig, args: builder.fadd(*args, flags=("nsz",))
+
+
+@lane_op
 def small(typing, n):
     """n doubles on the stack, a constant; they hold anything, and must not outlive the function."""
     out = types.Array(types.float64, 1, "C")

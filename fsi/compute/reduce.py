@@ -9,9 +9,16 @@ from __future__ import annotations
 
 import numpy as np
 
+BLOCK = 4096  # labels whose particles are summed up together
+
 
 class Reductions:
-    """Reductions over the particles of one process; `values` (n, ...) are reduced along their first axis."""
+    """Reductions over the particles of one process; `values` (n, ...) are reduced along their first axis.
+
+    ordered: whether sums over the fluid do not depend on where its particles are held, to the last bit: energies of logged
+    steps are then summed by label, and impulses of the wall guard as integers."""
+
+    ordered = False
 
     def total(self, values: np.ndarray) -> np.ndarray:
         """Sum of the values of all particles, or of all chunks of particles."""
@@ -39,14 +46,47 @@ class Reductions:
         """Sum over the processes of what each of them has summed up alone: a number or an array."""
         return part
 
-    def gathered(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """The rows of the arrays of all processes, for sums over few particles."""
+    def gathered(self, which: np.ndarray, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The rows of the arrays of all processes, for sums over few particles, in the order of cells; `which` (k,) are the
+        numbers of the particles that the rows (k, ...) are of."""
         return arrays
+
+    def together(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The rows (k, ...) of the arrays of all processes, one process after the other."""
+        return arrays
+
+    def whole(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Arrays (n, ...) of all particles of all processes, in the order of cells, for the first process; the others get
+        no rows."""
+        return arrays
+
+    def by_label(self, label: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
+        """Sums (c,) of the values (n, c) of all particles, in the order of their labels, which are below `count`."""
+        rows = np.zeros((count, values.shape[1]))
+        rows[label] = values
+        return block_sums(rows).sum(0)
+
+    def at_largest(self, values: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """The position (dim,) of the particle with the largest of the values (n,)."""
+        return position[int(np.argmax(values))]
+
+    def loads(self, add, placed, order, position, owner, forces, wrenches) -> None:
+        """Call `add(position, force, owner, wrench)` for each of the forces (m, b, dim) on boundary particles and of the
+        wrenches (m, owners, 6), with the particles of all processes in the order of cells. Here are those at `position`
+        (b, dim), of `owner` (b,), whose numbers among those that were `placed` are order (b,)."""
+        for force, wrench in zip(forces, wrenches, strict=True):
+            add(position, force, owner, wrench)
 
     def around(self, point: np.ndarray, reach: float, position: np.ndarray, *values: np.ndarray) -> tuple:
         """position (n, dim) and values (n, ...) of at least all particles that are within `reach` [m] of a point (dim,), or of
         the vertical through it where only its dim - 1 horizontal coordinates are given: what a gauge reads."""
         return (position, *values)
+
+
+def block_sums(rows: np.ndarray) -> np.ndarray:
+    """Sums (blocks, c) of the rows (n, c) of each block, one row after the other."""
+    parts = (rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK))
+    return np.array([np.add.accumulate(part)[-1] for part in parts]).reshape(-1, rows.shape[1])
 
 
 SERIAL = Reductions()

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.compute.lanes import width
+from fsi.compute.reduce import Reductions
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
 from fsi.owners import FIRST_BODY
@@ -31,10 +32,11 @@ class BoundaryParticles:
     """
 
     def __init__(
-        self, scene: Scene, grid: Grid, b: int, k: Constants, dtype, team: Team, *, drag, no_slip: bool,
+        self, scene: Scene, grid: Grid, b: int, k: Constants, dtype, team: Team, reductions: Reductions, *, drag, no_slip: bool,
         dense: bool,
     ):  # fmt: skip
         self.team, self.dim, self.lanes, self.k, self._grid = team, scene.dimension, width(dtype), k, grid
+        self._reductions = reductions
         self._density, self._drag, dim = scene.fluid.density, drag, self.dim
         self.sort = make_sort(grid, team)
         self.near = Neighbours(self.lanes, dim, scene.spacing, 2 * scene.smoothing_length, team)
@@ -54,10 +56,14 @@ class BoundaryParticles:
         self.owners, self._centre, self._twist, self._smooth = len(centre), centre, twist, smooth
         self.centre = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)  # in the axes of the fluid
 
-    def arrange(self, placed: BoundaryState, scratch: np.ndarray) -> None:
-        """Find the order of cells of the boundary particles where they were placed."""
+    def arrange(self, placed: BoundaryState, scratch: np.ndarray, chosen: np.ndarray | None = None) -> None:
+        """Find the order of cells of the boundary particles where they were placed, of the `chosen` ones if they are given."""
+        self._placed = placed
         if len(placed.position):
-            self.order = self.sort.update(placed.position, scratch)[: self.sort.inside].copy()
+            position = placed.position if chosen is None else placed.position[chosen]
+            self.order = self.sort.update(position, scratch)[: self.sort.inside].copy()
+            if chosen is not None:
+                self.order = chosen[self.order].astype(np.int32)
         self.count = len(self.order)
 
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
@@ -130,51 +136,64 @@ class BoundaryParticles:
         if self.count:
             response = response or self._silence
             response.spread()
+            apart = self._reductions.ordered and response.columns > 0
+            lists, responses = (
+                (self.near.bounds, self.near.groups),
+                (response.rows, response.lift, response.low, response.high),
+            )
             self.team.run(
-                walls.make_extrapolation(self.lanes, self.dim, response.columns), self.near.bounds, self.near.groups,
-                self.first, rows, self.shepard, self._lift, self.k, response.rows, response.lift, response.low, response.high,
+                walls.make_extrapolation(self.lanes, self.dim, 0 if apart else response.columns), *lists,
+                self.first, rows, self.shepard, self._lift, self.k, *responses,
             )  # fmt: skip
+            if apart:
+                kernel = walls.make_response_extrapolation(self.lanes, self.dim, response.columns)
+                self.team.run(kernel, *lists, self.first, rows, self.shepard, self.k, *responses)
 
     # -------------------------------------------------------------------------------------- forces
 
     def press(self, rows: np.ndarray, values: np.ndarray, column: int, columns: int, least: int = 1) -> np.ndarray:
         """Wrenches (m, owners, 6) of the pressures in so many columns of `values` from `column` on; positions are those of
         `rows`. Owners below `least` are left out."""
-        wrench = np.zeros((columns, self.owners, 6))
+        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces(columns)
         if self.count:
-            forces = self._forces(columns)
             self.team.run(
                 walls.make_force(self.lanes, self.dim, column, columns), self.near.bounds, self.near.groups, self.first,
                 rows, values, self._counted[: self.count], least, forces, self.k,
             )  # fmt: skip
-            for force, total in zip(forces, wrench, strict=False):
-                self._add(force, total, least)
+        self._add(forces, wrench, least)
         return self.smoothed(wrench)
 
     def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
         """Wrench (owners, 6) of the viscous forces."""
         wrench = np.zeros((self.owners, 6))
-        if self._drag and self.count:
-            force = self._forces(1)[0]
+        if not self._drag:
+            return wrench
+        forces = self._forces(1)
+        if self.count:
             self.team.run(
-                self._drag, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least, force,
-                self.k,
+                self._drag, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least,
+                forces[0], self.k,
             )  # fmt: skip
-            self._add(force, wrench, least)
+        self._add(forces, wrench[None], least)
         return wrench
 
     def felt(self, rows: np.ndarray, column: int, flow: np.ndarray) -> np.ndarray:
         """Force (2, count, dim) of the pressures in a column of `rows`, and of viscosity, on each boundary particle, fixed ones
         among them; 0 on those that are counted elsewhere [N]."""
         force = np.zeros((2, self.count, self.dim))
-        if self.count:
+        if self.count or self._reductions.ordered:
             self.press(rows, rows, column=column, columns=1, least=0)
             force[0] = self._force[0, : self.count]
             if self._drag:
                 self.drag(flow, least=0)
                 force[1] = self._force[0, : self.count]
-        force[:, self._counted[: self.count] == NOBODY] = 0.0
+        force[:, ~self.held] = 0.0
         return force
+
+    @property
+    def held(self) -> np.ndarray:
+        """Whether forces on each boundary particle (count,) are counted here."""
+        return self._counted[: self.count] != NOBODY
 
     def grasp(self, grip: np.ndarray, dt: float, accelerations: np.ndarray) -> np.ndarray:
         """Change (m, owners, 6) of the viscous wrench over a step of dt [s] by accelerations (m, owners, 6): implicit viscosity
@@ -186,7 +205,7 @@ class BoundaryParticles:
         wrenches = np.zeros((len(accelerations), self.owners, 6))
         for a, total in zip(accelerations[:, owner], wrenches, strict=True):
             along = (a[:, :3] + np.cross(a[:, 3:], arm))[:, axes]
-            self._add(-dt * grip[:, None] * along, total, least=FIRST_BODY)
+            self._add((-dt * grip[:, None] * along)[None], total[None], least=FIRST_BODY)
         return wrenches
 
     def smoothed(self, wrench: np.ndarray) -> np.ndarray:
@@ -197,11 +216,17 @@ class BoundaryParticles:
         """Room for that many forces on each boundary particle."""
         if len(self._force) < columns:
             self._force = np.zeros((columns, len(self.position), self.dim))
-        return self._force
+        return self._force[:columns]
 
-    def _add(self, force: np.ndarray, wrench: np.ndarray, least: int) -> None:
+    def _add(self, forces: np.ndarray, wrenches: np.ndarray, least: int) -> None:
+        """Add forces (m, b, dim) to the wrenches (m, owners, 6) of the owners from `least` on."""
         b = self.count
-        walls.wrenches(self.position[:b], force[:b], self._counted[:b], self.centre, least, wrench)
+
+        def add(position, force, owner, wrench) -> None:
+            walls.wrenches(position, force, owner, self.centre, least, wrench)
+
+        here = self.order, self.position[:b], self._counted[:b], forces[:, :b]
+        self._reductions.loads(add, self._placed, *here, wrenches)
 
     @property
     def nbytes(self) -> int:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from fsi.fluid.body_force import BodyForce
 from fsi.fluid.chebyshev import SOUND, iteration
 from fsi.scene.geometry import mean_spacing, stretch
 from fsi.scene.model import Scene
@@ -29,6 +32,9 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
     slope = float(kernel.gradient_factor(0.0, h, dim))
     numerics = scene.numerics
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
+    down = BodyForce(scene).uniform
+    weight = math.hypot(*down)
+    up = -down / weight if weight > 0 else np.eye(dim)[-1]
     values = Constants(
         inverse_support=0.5 / h,
         eta2=(0.1 * h) ** 2,
@@ -48,7 +54,10 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         excess1=lattice.rows.excess[0],
         excess2=lattice.rows.excess[1],
         excess3=lattice.rows.excess[2],
-        shallow=HEAD * rho * scene.gravity * dr if scene.gravity > 0 else 1e30,
+        shallow=HEAD * rho * weight * dr if weight > 0 else 1e30,
+        up_x=up[0],
+        up_y=up[1] if dim == 3 else 0.0,
+        up_z=up[-1],
         relaxation=density_relaxation(scene, depth),
         suction=1.0,
         density=rho,
@@ -60,3 +69,12 @@ def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
         guard2=(1.1 * numerics.wall_guard * dr + 1.5 * numerics.courant * h) ** 2,  # and a long step on
     )
     return Constants(*(dtype(v) for v in values))
+
+
+def impulse_units(scene: Scene, depth: float, mass: float) -> np.ndarray:
+    """Units (6,) [N s, N m s] in which impulses on an owner are counted where sums must not depend on any order, powers of
+    two: fine against that of a particle of this mass [kg] at the speed of long waves, with room for millions of them."""
+    speed = max(math.sqrt(scene.gravity * depth), scene.spacing)
+    side = max(b - a for a, b in zip(scene.tank.min, scene.tank.max, strict=True))
+    unit = 2.0 ** (math.ceil(math.log2(mass * speed)) - 40)
+    return unit * np.array([1.0, 1.0, 1.0, *[2.0 ** math.ceil(math.log2(max(side, 1.0)))] * 3])

@@ -14,7 +14,7 @@ from fsi.compute.reduce import SERIAL, Reductions
 from fsi.compute.team import Team
 from fsi.fluid.body_force import BodyForce
 from fsi.fluid.boundary import BoundaryParticles
-from fsi.fluid.constants import sweep_constants
+from fsi.fluid.constants import impulse_units, sweep_constants
 from fsi.fluid.parts import Parts
 from fsi.fluid.pressure import make_solver, two_fields
 from fsi.fluid.response import LinearResponse, box_around
@@ -48,9 +48,11 @@ class Fluid:
     body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
     over all particles.
 
-    `lost` counts the particles that have left the domain, `left` those that did by an open side of the tank. `k`, `dt`:
-    scalars of the scheme and time step [s], of this step.
+    `lost` counts the particles that have left the domain, of all processes, `left` those that did by an open side of the tank.
+    `k`, `dt`: scalars of the scheme and time step [s], of this step.
     """
+
+    SEEN = ParticleState.NAMES  # what `seen` gives besides the fields
 
     def __init__(
         self, scene: Scene, layout: Layout, team: Team, halo: Halo | None = None, reductions: Reductions = SERIAL
@@ -62,6 +64,7 @@ class Fluid:
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
+        self.labels = len(layout.position)  # of the particles at the start
         self.liquid = layout.liquid  # of each label; None where there is only one
         density = np.array([liquid.density for liquid in scene.all_liquids])
         self._relative = (density / density[0])[self.liquid] if np.ptp(density) > 0 else None
@@ -75,7 +78,9 @@ class Fluid:
             self.sea = Sea(scene, self.placed, float(self.k.mass))
         support = 2 * scene.smoothing_length
         count = len(layout.position) + len(layout.owner)
-        self.grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, support, count)
+        self.grid = Grid.over(
+            layout.domain_min, layout.domain_max, scene.spacing, support, math.inf if reductions.ordered else count
+        )
         self.sort = make_sort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
@@ -107,21 +112,25 @@ class Fluid:
             drag = self.rheology.drag if special else walls.make_drag(L, D)
         b = len(self.owner)
         self.solids = BoundaryParticles(
-            scene, self.grid, b, self.k, self.dtype, self.team, drag=drag, no_slip=laminar and no_slip, dense=dense
-        )
+            scene, self.grid, b, self.k, self.dtype, self.team, self.reductions, drag=drag, no_slip=laminar and no_slip,
+            dense=dense,
+        )  # fmt: skip
         self._stiff = implicit and laminar and no_slip and self.owners > FIRST_BODY
         self.work = Workspace(
             scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=laminar or artificial, varies=special, dense=dense, two_fields=two_fields(scene),
         )  # fmt: skip
-        self.work.reserve(self.count)
+        self.work.reserve(self.halo.expected(self.count))
         shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions
         self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
         surface = not scene.closed
-        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
+        ordered = self.reductions.ordered
+        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface, ordered)
         guarded = scene.numerics.wall_guard > 0 and b > 0
-        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface)
+        exactly = ordered and guarded
+        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface, exactly)
+        self._units = impulse_units(scene, self.depth, float(self.k.mass))
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -135,7 +144,7 @@ class Fluid:
         self._sort()
         xs = self._pack()
         others = [(self.sort, 0)] + ([(self.solids.sort, self._rows)] if self.solids.count else [])
-        self.near.update(self.sort, 0, xs, others)
+        self.near.update(self.sort, 0, xs, others, self.halo.idle())
         self.solids.find(self.sort, xs)
         self.work.arena.begin("coefficients")
 
@@ -146,29 +155,30 @@ class Fluid:
         scratch = self.work.arena.begin("orders")
         order = self.sort.update(self.position, scratch)
         self._rows = n = self.sort.inside
-        ghosts = self.halo.locate(order, n)
+        ghosts = self.halo.locate(order, self.sort)
         if self.reductions.combined(own - (n - ghosts)):
             self._lose(order[n:][order[n:] < own])
         self.particles.reorder(order, n)
-        self.solids.arrange(self.placed, scratch)
+        self.solids.arrange(self.placed, scratch, self.halo.nearby(self.placed))
 
     def _lose(self, which: np.ndarray) -> None:
         """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
-        position, velocity = self.position[which], self.velocity[which]
-        lost = np.ones(len(which), bool)
+        gone = self.reductions.together(self.label[which], r, self.position[which], self.velocity[which])
+        if self.reductions.ordered:
+            gone = tuple(values[np.argsort(gone[0])] for values in gone)
+        _, r, position, velocity = gone
+        lost = np.ones(len(position), bool)
         for n, side in enumerate(self.scene.tank.open):
             axis = self.scene.tank.axes.index(side[0])
             x, low, high = position[:, axis], self.grid.domain_min[axis], self.grid.domain_max[axis]
             by = lost & (x < low if side[1] == "-" else x > high)
-            self.left[n] += int(self.reductions.combined(int(by.sum())))
+            self.left[n] += int(by.sum())
             lost &= ~by
-        self.lost += int(self.reductions.combined(int(lost.sum())))
+        self.lost += int(lost.sum())
         if lost.any():
             self.last_seen = position[lost.argmax()].copy()
-        self.gone += self.reductions.combined(
-            np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
-        )
+        self.gone += np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
 
     def _pack(self) -> np.ndarray:
         """Fill the packed rows; the positions for the search."""
@@ -254,8 +264,7 @@ class Fluid:
         response = LinearResponse(*self.work.responses(m), lift, self._box_of(units), support)
         wrench = self.pressure(acceleration, response)
         pressed = self.solids.press(self.work.field, response.rows, column=0, columns=m)
-        changes = self.reductions.combined(pressed)
-        return wrench, response.rows[:n].T, changes + self._grasp(units) if self._stiff else changes
+        return wrench, response.rows[:n].T, pressed + self._grasp(units) if self._stiff else pressed
 
     def _box_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The box around the boundary particles that move with `units` (m, owners, 6), relative to the grid; a little
@@ -268,7 +277,7 @@ class Fluid:
     def _grasp(self, accelerations: np.ndarray) -> np.ndarray:
         """Change (m, owners, 6) of the viscous wrench by accelerations (m, owners, 6), see `BoundaryParticles.grasp`."""
         grip = self.rheology.grip(self.solids.near, self.work.flow, self.count, self.solids.count, self.k)
-        return self.reductions.combined(self.solids.grasp(grip, self.dt, accelerations))
+        return self.solids.grasp(grip, self.dt, accelerations)
 
     def add(self, response: np.ndarray, factor: float) -> None:
         """Add factor times a pressure response to the pressure."""
@@ -281,7 +290,11 @@ class Fluid:
         chunks = len(near.bounds) - 1
         place = columns.corrector_sums(self.dim)
         owner, centre = (solids.owner, solids.centre) if self.loads is None else self.loads.booked(solids)
-        sums, impulse = np.zeros((chunks, place.width("loss"))), np.zeros((chunks, len(centre), 6))
+        ordered = self.reductions.ordered
+        sums = np.zeros((chunks, place.width("loss")))
+        impulse = np.zeros((chunks, len(centre), 6), np.int64 if ordered else float)
+        if ordered:  # two more columns say in which units impulses are counted
+            centre = np.hstack([centre, np.tile(1 / self._units[[0, 3]], (len(centre), 1))])
         self.team.run(
             self._corrector, near.bounds, near.groups, work.trial, work.field, work.coefficients, state.label,
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
@@ -291,9 +304,21 @@ class Fluid:
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
         impulse = self.reductions.total(impulse)
+        if ordered:
+            impulse = impulse * self._units
         if self.loads is not None:
             impulse = self.loads.unbooked(impulse)
         return np.concatenate([maxima, totals]), solids.smoothed(impulse)
+
+    def sums(self) -> np.ndarray:
+        """After `correct`: kinetic energy, r height, volume / dr^dim and momentum (dim,) of all fluid as in its sums, in an
+        order that does not depend on where particles are held (`Reductions.ordered`)."""
+        state, mass = self.particles, float(self.k.mass)
+        r = np.ones(self.count) if self._relative is None else self.relative
+        deficit = self.work.coefficients[: self._rows][self._kept, columns.DEFICIT].astype(float)
+        kinetic = 0.5 * mass * r * (state.velocity**2).sum(1)
+        values = [kinetic, r * state.position[:, -1], 1.0 / (1.0 - deficit), *(mass * r * state.velocity.T)]
+        return self.reductions.by_label(self.label, np.stack(values, axis=1), self.labels)
 
     # -------------------------------------------------------------------------------------- about it
 
@@ -312,7 +337,7 @@ class Fluid:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
         least, field = 0 if walls else 1, self.work.field
         wrench = self.solids.press(field, field, column=columns.field(self.dim).p, columns=1, least=least)[0]
-        return self.reductions.combined(wrench + self.solids.drag(self.work.flow, least) if viscous else wrench)
+        return wrench + self.solids.drag(self.work.flow, least) if viscous else wrench
 
     def driven(self) -> np.ndarray:
         """Sum over the particles of r times their acceleration by gravity and other body forces (dim,) [m/s2]."""
@@ -322,7 +347,10 @@ class Fluid:
 
     def residual(self) -> float:
         """How much the last sweep changed the pressure, as a share of its largest value."""
-        return self._last["residual"] if self._last else self.solver.residual(self._counts if self._weighed else None)
+        if self._last:
+            return self._last["residual"]
+        counts = self.work.coefficients[: self._rows, columns.COUNTS] if self._weighed else None
+        return self.solver.residual(self._rows, counts)
 
     @property
     def fields(self) -> dict[str, np.ndarray]:
@@ -330,6 +358,14 @@ class Fluid:
         those of viscosity are of the last step."""
         fields = {} if self.liquid is None else {"liquid": self.liquid[self.label]}
         return fields | (self._last["fields"] if self._last else self._viscosities())
+
+    def _whole(self, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Those of all particles of all processes (`Reductions.whole`)."""
+        return dict(zip(arrays, self.reductions.whole(*arrays.values()), strict=True))
+
+    def seen(self) -> dict[str, np.ndarray]:
+        """Position, velocity, pressure, label and the fields of all particles of all processes, for recorders."""
+        return self._whole({name: getattr(self.particles, name) for name in self.SEEN} | self.fields)
 
     def _viscosities(self) -> dict[str, np.ndarray]:
         found = self.rheology.fields(self.work.flow, self._rows).items() if self.rheology else ()
@@ -342,7 +378,7 @@ class Fluid:
         `correct` or before the first `begin`."""
         viscosities = self._last["fields"] if self._last else self._viscosities()
         return {
-            "particles": self.particles.state(),
+            "particles": self._whole(self.particles.state()),
             "boundary": self.placed.state(),
             "solver": self.solver.state(),
             "rheology": self.rheology.state() if self.rheology else None,
@@ -353,7 +389,7 @@ class Fluid:
             "last_seen": None if self.last_seen is None else self.last_seen.copy(),
             "gone": self.gone.copy(),
             "residual": float(self.residual()),
-            "fields": {name: values.copy() for name, values in viscosities.items()},
+            "fields": self._whole({name: values.copy() for name, values in viscosities.items()}),
         }
 
     def restore(self, state: dict) -> None:
@@ -428,6 +464,12 @@ class Fluid:
     @property
     def owner(self) -> np.ndarray:
         return self.placed.owner
+
+    def boundary_around(self, point: np.ndarray, reach: float) -> np.ndarray:
+        """Boundary particles (b, dim) within reach [m] of the vertical through a point (dim - 1,), in the order of cells, of
+        all processes."""
+        near = ((self.boundary[:, :-1] - point) ** 2).sum(1) < reach**2
+        return self.boundary[near][self.grid.order(self.boundary[near])]
 
     def of_owner(self, owner: int) -> slice:
         """Boundary particles of an owner."""

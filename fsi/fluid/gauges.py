@@ -137,7 +137,11 @@ class Surface:
         )[:-1]
 
     def __call__(self, point) -> float:
-        fluid, scene, solids = self._fluid, self._fluid.scene, self._fluid.solids
+        fluid, scene, solids, h = self._fluid, self._fluid.scene, self._fluid.solids, self._fluid.scene.reading_length
+        (position,) = fluid.reductions.around(np.asarray(point, float), 4 * h, fluid.position)
+        if position is not fluid.position:  # of several processes
+            solid = fluid.boundary_around(point, 4.05 * h)
+            return elevation(position, point, mean_spacing(scene), h, solid, period=self._length)
         solid = solids.position[: solids.count] if solids.count else fluid.boundary
         repeats = self._length.any()
 
@@ -145,7 +149,6 @@ class Surface:
             wet = _all(fluid.position) if repeats else _around(fluid.sort, len(fluid.position), place)
             return wet, _around(solids.sort, len(solid), place)
 
-        h = scene.reading_length
         return elevation(fluid.position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
 
 

@@ -170,7 +170,7 @@ class ImplicitPressure:
             self._sweep(linear, rows, k, dt, source)
         return rows
 
-    def residual(self, counts: np.ndarray | None = None) -> float:
+    def residual(self, rows: int, counts: np.ndarray | None = None) -> float:
         """Mean density in excess of that at rest, as a share of it, after the last update."""
         return self.error
 

@@ -42,8 +42,8 @@ class BoundaryTreatment(Protocol):
     def begin(self, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None) -> None:
         """The owners now: centre (owners, 3), twist (owners, 6), smooth (owners, 6, 6) as in `BodyMotion`."""
 
-    def arrange(self, placed: BoundaryState, scratch: np.ndarray) -> None:
-        """Find the order of cells."""
+    def arrange(self, placed: BoundaryState, scratch: np.ndarray, chosen: np.ndarray | None = None) -> None:
+        """Find the order of cells, of the `chosen` ones (k,) if they are given."""
 
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
         """Fill the rows from `first` on in xs and in each of `rows`."""
@@ -104,9 +104,9 @@ class PressureSolver(Protocol):
         """Solve on from the last update, until a sweep changes the pressure by less than tolerance times its maximum, in at
         most so many sweeps; they are not counted."""
 
-    def residual(self, counts: np.ndarray | None = None) -> float:
-        """How much the last sweep changed the pressure, as a share of its largest value; the pressures in `field` have been
-        multiplied by `counts` (n,) since, where it is given."""
+    def residual(self, rows: int, counts: np.ndarray | None = None) -> float:
+        """How much the last sweep changed the pressure of the fluid's rows, ghosts included, as a share of its largest value;
+        the pressures in `field` have been multiplied by `counts` (rows,) since, where it is given."""
 
     def state(self) -> dict:
         """What is remembered between steps, for `restore`."""

@@ -65,11 +65,11 @@ class Relaxation:
         parts.work.join()
         self.sweeps = self.most_sweeps = 0
 
-    def residual(self, counts: np.ndarray | None = None) -> float:
+    def residual(self, rows: int, counts: np.ndarray | None = None) -> float:
         """See `PressureSolver`."""
-        work, n = self._parts.work, self._parts.particles.count
+        work = self._parts.work
         last = work.twin if len(self.weights) > 1 else work.trial
-        return self._change(last, None if counts is None else work.field[:n] / counts[:n, None])
+        return self._change(last, work.field[:rows] if counts is None else work.field[:rows] / counts[:, None])
 
     def state(self) -> dict:
         """See `PressureSolver`."""
@@ -96,11 +96,14 @@ class Relaxation:
         """One sweep (`fsi.fluid.chebyshev`)."""
         parts, work = self._parts, self._parts.work
         response.spread()
-        self._run(
-            pressure.make_sweep(self._lanes, self._dim, parts.dense, response.columns), work.field, work.twin,
-            work.coefficients, k, parts.dtype(alpha), parts.dtype(beta), response.rows, response.twin, response.low,
-            response.high,
-        )  # fmt: skip
+        variant, weights = (self._lanes, self._dim, parts.dense), (parts.dtype(alpha), parts.dtype(beta))
+        responses = response.rows, response.twin, response.low, response.high
+        apart = parts.reductions.ordered and response.columns > 0
+        sweep = pressure.make_sweep(*variant, 0 if apart else response.columns)
+        self._run(sweep, work.field, work.twin, work.coefficients, k, *weights, *responses)
+        if apart:
+            sweep = pressure.make_response_sweep(*variant, response.columns)
+            self._run(sweep, work.field, work.coefficients, k, *weights, *responses)
         parts.halo.refresh(work.twin, slice(self._pressure, None))
         work.swap()
         response.swap()
@@ -125,8 +128,8 @@ class Relaxation:
         """Change of the pressure in the rows `now` (those of `field` if not given) from the rows `last`, as a share of its
         largest value."""
         parts = self._parts
-        rows = parts.work.field if now is None else now
-        found = largest_change(rows, last, parts.particles.count, self._pressure)
+        rows = parts.work.field[: parts.particles.count] if now is None else now
+        found = largest_change(rows, last, len(rows), self._pressure)
         largest, change = (parts.reductions.largest_of(value) for value in found)
         return change / largest if largest > 0 else 0.0
 
@@ -138,4 +141,5 @@ class Relaxation:
         mean = parts.reductions.mean(coefficients[parts.particles.own, columns.SOURCE])
         coefficients[:, columns.SOURCE] -= mean
         weight = 1 + coefficients[:, columns.INNER] * parts.dtype(self.weights[0][0] - 1)
-        parts.work.field[:count, self._pressure] += weight * mean / coefficients[:, columns.DIAGONAL]
+        with np.errstate(invalid="ignore", divide="ignore"):  # ghosts, which a refresh overwrites, may have no diagonal
+            parts.work.field[:count, self._pressure] += weight * mean / coefficients[:, columns.DIAGONAL]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.compute.lanes import width
+from fsi.compute.reduce import SERIAL
 from fsi.compute.team import Team
 from fsi.fluid.boundary import BoundaryParticles
 from fsi.fluid.response import LinearResponse
@@ -54,7 +55,7 @@ class WeightedWalls(BoundaryParticles):
 
     def __init__(self, scene: Scene, grid: Grid, layout: Layout, k: Scalars, dtype, team: Team, friction: bool):
         b, dim, kernel = len(layout.owner), scene.dimension, scene.numerics.kernel
-        super().__init__(scene, grid, b, k, dtype, team, drag=None, no_slip=False, dense=False)
+        super().__init__(scene, grid, b, k, dtype, team, SERIAL, drag=None, no_slip=False, dense=False)
         self._kernel = kernel
         self.psi = weights(scene, layout, k, dtype, team)
         self.weight = self.psi  # of those that stand, in the order of cells
@@ -122,7 +123,7 @@ class WeightedWalls(BoundaryParticles):
                 self.first, rows, values, self._counted[: self.count], least, self.weight, forces, self.k,
             )  # fmt: skip
             for force, total in zip(forces, wrench, strict=False):
-                self._add(force, total, least)
+                self._add(force[None], total[None], least)
         return self.smoothed(wrench)
 
     def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
@@ -134,5 +135,5 @@ class WeightedWalls(BoundaryParticles):
                 self._friction, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least,
                 self.weight, force, self.k,
             )  # fmt: skip
-            self._add(force, wrench, least)
+            self._add(force[None], wrench[None], least)
         return wrench

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsi.particles.cells import CellSort
+from fsi.particles.neighbours import NOBODY
 from fsi.protocols import Halo, Particles
 from fsi.scene.model import Scene
 
@@ -21,16 +23,25 @@ class NoHalo:
 
     room = 1.0
 
+    def expected(self, count: int) -> int:
+        return count
+
     def exchange(self, particles: Particles) -> int:
         return particles.count
 
-    def locate(self, order: np.ndarray, inside: int) -> int:
+    def locate(self, order: np.ndarray, sort: CellSort) -> int:
         return 0
+
+    def idle(self) -> np.ndarray:
+        return NOBODY
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         pass
 
     def holds(self, position: np.ndarray) -> None:
+        return None
+
+    def nearby(self, placed) -> None:
         return None
 
     def drop(self, particles: Particles) -> slice:
@@ -71,6 +82,10 @@ class Periodic:
         n = len(position)
         return source[n:], everything[n:]
 
+    def expected(self, count: int) -> int:
+        """See `Halo`."""
+        return count
+
     def exchange(self, particles: Particles) -> int:
         """See `Halo`."""
         self.drop(particles)
@@ -80,13 +95,17 @@ class Periodic:
         particles.append_ghosts(images, particles.velocity[self._number], particles.pressure[self._number])
         return own
 
-    def locate(self, order: np.ndarray, inside: int) -> int:
+    def locate(self, order: np.ndarray, sort: CellSort) -> int:
         """See `Halo`."""
-        row, own = np.empty(len(order), np.int64), len(order) - len(self._number)
+        inside, row, own = sort.inside, np.empty(len(order), np.int64), len(order) - len(self._number)
         row[order] = np.arange(len(order))
         kept = row[own:] < inside
         self._ghosts, self._sources = row[own:][kept], row[self._number][kept]
         return len(self._ghosts)
+
+    def idle(self) -> np.ndarray:
+        """See `Halo`."""
+        return NOBODY
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the ghosts what their sources have."""
@@ -94,6 +113,10 @@ class Periodic:
             rows[self._ghosts, columns] = rows[self._sources, columns]
 
     def holds(self, position: np.ndarray) -> None:
+        """See `Halo`."""
+        return None
+
+    def nearby(self, placed) -> None:
         """See `Halo`."""
         return None
 

@@ -29,6 +29,7 @@ SPARE_GROUPS = 1.05  # the same of its groups
 SPARE_MEMORY = 1.01  # of all of them over what is asked for: fresh memory is slow
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
+NOBODY = np.empty(0, bool)
 
 
 def slack_of(lanes: int) -> int:
@@ -137,7 +138,7 @@ def make_search(lanes: int, dim: int, compact: bool = False):
     @compiled(lanes, dim, compact)
     def search(
         counter, bounds, own_start, own_row, xs, starts, first_rows, pieces, cell, shape, radius, longest,
-        group_offset, list_offset, group_count, group, span, lst,
+        group_offset, list_offset, group_count, group, span, lst, idle,
     ):  # fmt: skip
         """Chunk c: groups from group_offset[c] on, lists from list_offset[c] on; group_count[c] is -1 where the list
         has no room, -2 where a run has too many candidates, -3 where the groups have no room."""
@@ -161,8 +162,14 @@ def make_search(lanes: int, dim: int, compact: bool = False):
                 n, limit = s + 1, xs[0, s] + longest
                 while n < stop and xs[0, n] < limit:
                     n += 1
+                searched = pieces
+                if idle.size > 0:  # rows of one kind alone; the lists of idle ones stay empty
+                    stop, n = n, s + 1
+                    while n < stop and idle[n] == idle[s]:
+                        n += 1
+                    searched = 0 if idle[s] else pieces
                 m = 0
-                for piece in range(pieces):
+                for piece in range(searched):
                     if m >= 0:
                         m = gather(
                             xs, s, n, starts[piece], first_rows[piece], cell, shape, radius, rows, near, m, centre
@@ -178,11 +185,11 @@ def make_search(lanes: int, dim: int, compact: bool = False):
                     e = min(s + lanes, n)
                     group[g] = s
                     span[g, 0] = k - list_offset[c]
-                    for piece in range(pieces):
+                    for piece in range(searched):
                         k = thin(xs, s, e, centre, radius, rows, near, cut[piece], cut[piece + 1], lst, k, t)
                         span[g, piece + 1] = k - list_offset[c]
-                    if pieces == 1:
-                        span[g, 2] = span[g, 1]
+                    for piece in range(searched, 2):
+                        span[g, piece + 1] = k - list_offset[c]
                     g, s = g + 1, e
             group[g] = s
             group_count[c] = fault if fault else g - group_offset[c]
@@ -206,9 +213,12 @@ class Neighbours:
         self._group, self._span = np.empty(0, np.int32), np.empty((0, 3), np.int32)
         self.bounds = np.zeros(2, np.int64)
 
-    def update(self, own: CellSort, own_row: int, xs: np.ndarray, others: list[tuple[CellSort, int]]) -> None:
+    def update(
+        self, own: CellSort, own_row: int, xs: np.ndarray, others: list[tuple[CellSort, int]], idle: np.ndarray = NOBODY
+    ) -> None:
         """Build groups and lists of the particles sorted by `own`, whose rows begin at own_row; `others`: the sorted
-        kinds to search, fluid first, with their first rows. xs (dim, rows + W) single precision, relative to the grid.
+        kinds to search, fluid first, with their first rows. xs (dim, rows + W) single precision, relative to the grid. idle
+        (rows,): those that nothing is summed up for, if any.
 
         Raises RunError where particles have clumped.
         """
@@ -233,7 +243,7 @@ class Neighbours:
             self.team.run(
                 make_search(self.lanes, self.dim, grid.compact), bounds, own.start, own_row, xs, starts, rows, len(others),
                 grid.cell.astype(f32), grid.shape, self._radius, self._longest,
-                group_offset, list_offset, group_count, self._group, self._span, self._list,
+                group_offset, list_offset, group_count, self._group, self._span, self._list, idle,
             )  # fmt: skip
             if group_count.min() >= 0:
                 break

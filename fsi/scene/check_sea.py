@@ -43,7 +43,7 @@ def _alone(scene: Scene) -> Iterator[Fault]:
         yield "gravity", "waves need gravity", "use e.g. 9.81"
     if scene.sea.waves.absorb:
         yield "sea.waves.absorb", "there is no piston that could absorb", "leave it out: the zones do"
-    if scene.sea.start == "waves" and scene.fluid.start != "hydrostatic":
+    if scene.sea.start == "waves" and scene.fluid.start not in ("auto", "hydrostatic"):
         yield "fluid.start", f"{scene.fluid.start!r} is of water at rest", "leave it out, or set sea.start = 'rest'"
 
 

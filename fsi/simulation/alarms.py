@@ -138,9 +138,9 @@ class Alarms(Remembers):
         if self.doubled_walls:
             return self.doubled_walls
         fluid = self._sim.fluid
-        fastest = int(np.argmax((fluid.velocity**2).sum(1)))
-        body = self._nearest_body(fluid.position[fastest])
-        place = f"the fastest particle is at {_point(fluid.position[fastest])}"
+        fastest = fluid.reductions.at_largest((fluid.velocity**2).sum(1), fluid.position)
+        body = self._nearest_body(fastest)
+        place = f"the fastest particle is at {_point(fastest)}"
         if body:
             return f"{place}, beside body {body!r}: try a smaller numerics.courant or numerics.mach"
         return f"{place}: try a smaller numerics.mach or numerics.courant, or a finer spacing"

@@ -79,6 +79,17 @@ class Balance(Remembers):
             drive += self.fluid.sea.impulse / self.fluid.dt
         self._before = momentum, forces, drive, self.fluid.total_count
 
+    def ordered(self, sums: np.ndarray, logged: bool) -> np.ndarray:
+        """The sums of a step, where they must not depend on who holds the particles (`Reductions.ordered`): those that are
+        logged, and the momentum that body forces work on."""
+        fluid, place = self.fluid, corrector_sums(self._dim)
+        if not fluid.reductions.ordered or not (logged or self.scene.fluid.acceleration):
+            return sums
+        sums, found = sums.copy(), fluid.sums()
+        sums[place.kinetic], sums[place.height], sums[place.volume] = found[:3]
+        sums[place.momentum : place.damped] = found[3:]
+        return sums
+
     def close(self, sums, impulse, wrench, twist, new_twist, dt) -> None:
         """Enter a step: the sums of the corrector, the guard's impulse (owners, 6), the wrench (owners, 6), the twists
         (owners, 6) before and after."""

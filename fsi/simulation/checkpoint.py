@@ -166,10 +166,10 @@ class Checkpoints:
         self._thread = Thread(target=self._serve, name="checkpoint", daemon=True)
         self._thread.start()
 
-    def __call__(self, sim) -> None:
-        """Called after each step."""
-        if clock.monotonic() - self._last >= self._every:
-            self.take()
+    @property
+    def due(self) -> bool:
+        """Whether it is time for the next one."""
+        return clock.monotonic() - self._last >= self._every
 
     def take(self) -> None:
         """Copy the state now; it is written when the recorders have come as far. Steps must not go on during the call."""
@@ -181,6 +181,9 @@ class Checkpoints:
         except TypeError as fault:  # a part from elsewhere: the run goes on without checkpoints
             self._every = math.inf
             self._say(f"no checkpoints: {fault}")
+            return
+        self._last = clock.monotonic()
+        if sim.ranks and not sim.ranks.root:  # whose state is part of the root's
             return
         waiting = [recorder for recorder in sim.recorders if hasattr(recorder, "mark")]
 

@@ -42,7 +42,7 @@ class Glue:
         held = (motion.velocity[body, :3] + np.cross(motion.velocity[body, 3:], arm))[:, self._axes]
         free, fluid.velocity[where] = fluid.velocity[where], held
         fluid.position[where] = (motion.position[body] + arm)[:, self._axes]
-        body, arm, free, held = fluid.reductions.gathered(body, arm, free, held)
+        body, arm, free, held = fluid.reductions.gathered(where, body, arm, free, held)
         lost = mass * (free - held)
         place = corrector_sums(dim)
         sums[place.kinetic] += 0.5 * mass * float((held**2).sum() - (free**2).sum())

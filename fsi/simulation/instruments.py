@@ -77,7 +77,8 @@ class Instruments(Remembers):
             read = np.array([shore(fluid.position, fluid.reductions) for shore in self._shores])
             out |= {"runup_distance": read[:, 0], "runup_height": read[:, 1]}
         if self._floods:
-            read = np.array([flood(fluid.position, fluid.reductions) for flood in self._floods])
+            position = fluid.position[fluid.particles.own]  # without the ghosts of the first frame
+            read = np.array([flood(position, fluid.reductions) for flood in self._floods])
             out |= {"wet_area": read[:, 0], "inundation_depth": read[:, 1]}
         if self.discharge is not None:
             out |= self.discharge.read(time)

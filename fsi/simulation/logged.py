@@ -28,7 +28,9 @@ def carry_out(
 ) -> int | None:
     """Run a simulation to `until` [s] in its folder, with checkpoints; the signal that ended it before, None if none did.
     Raises RunError where it fails."""
-    interruption = Interruption(say, lambda name: _leave(sim, folder, recorders, name))
+    interruption = Interruption(say, lambda name: _leave(sim, folder, recorders, f"stopped by {name} within a step"))
+    if sim.ranks:
+        sim.ranks.watch.leave = lambda text: _leave(sim, folder, recorders, text, "failed")
     with interruption, logged(sim, folder, recorders, say) as checkpoints:
 
         def step(sim: Simulation) -> None:
@@ -36,11 +38,12 @@ def carry_out(
             _tell_heard(sim)
             if folder.fault:
                 raise RunError(f"{folder.path} can no longer be written: {folder.fault}")
-            if interruption.number is not None and checkpoints:
+            due = checkpoints is not None and checkpoints.due
+            if sim.ranks:
+                interruption.number, due = sim.ranks.agreed(interruption.number, due)
+            if checkpoints and (due or interruption.number is not None):
                 checkpoints.take()
             interruption.check()
-            if checkpoints:
-                checkpoints(sim)
 
         sim.run(until, step)
     return interruption.number
@@ -64,15 +67,17 @@ def logged(
                 checkpoints.close()
 
 
-def _leave(sim: Simulation, folder: RunFolder, recorders: list[Recorder], name: str) -> None:
+def _leave(
+    sim: Simulation, folder: RunFolder, recorders: list[Recorder], reason: str, status: str = "interrupted"
+) -> None:
     """Complete the log and `run.json` from another thread, while the step in hand goes on, and will not be waited for."""
-    event = Event(sim.now, "warning", f"interrupted by {name} within a step")
+    event = Event(sim.now, "warning" if status == "interrupted" else "error", reason)
     for recorder in recorders:
         with suppress(Exception):  # the run may be closing it just now
             recorder.event(event)
             recorder.end()
     facts = {"steps": sim.step_count, "simulated_seconds": sim.time, "wall_seconds": sim.now.wall_time}
-    folder.write(status="interrupted", reason=f"stopped by {name} within a step", **facts)
+    folder.write(status=status, reason=reason, **facts)
 
 
 OWN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)  # for developers
@@ -152,6 +157,7 @@ def outcome(sim: Simulation) -> dict:
         "phases": dict(sim.phases),
         "audit": sim.audit(),
         **({"coupling": sim.coupling()} if sim.bodies else {}),
+        **({"ranks": sim.ranks.facts(sim.step_count)} if sim.ranks else {}),
         "warnings": sim.warnings,
         "events": [{"time": e.moment.time, "level": e.level, "text": e.text} for e in sim.events],
     }

@@ -7,6 +7,7 @@ import time as clock
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -63,7 +64,8 @@ class Simulation(Remembers):
     """A run of a scene.
 
     Bodies, coupler and bathymetry are built as the scene says; `bodies` and `coupler` (together) and `ground` (the bathymetry)
-    take their place where they are given. Raises SceneError where the scene cannot be built, RunError where the run fails.
+    take their place where they are given; `ranks`: of the processes that the run is shared among. Raises SceneError where the
+    scene cannot be built, RunError where the run fails.
     `state()` is all that the steps to come depend on (`fsi.protocols.Stateful`); `fsi.open` is the door for users.
     """
 
@@ -81,12 +83,14 @@ class Simulation(Remembers):
         ground: Solid | None = None,
         recorders: Sequence[Recorder] = (),
         threads: int | None = None,
+        ranks: Any = None,
     ):
         bodies, coupler, ground = _built(scene, bodies, coupler, ground)
         self.scene, self.bodies, self.coupler, self.recorders = scene, bodies, coupler, list(recorders)
         layout = build(scene, bodies, ground)
         self.team = _team(threads)
-        self.fluid = make_fluid(scene, layout, self.team)
+        self.ranks = ranks  # `fsi.ranks.start.Membership`, None in a run of one process
+        self.fluid = make_fluid(scene, layout, self.team, **(ranks.parts(scene, layout) if ranks else {}))
         self.movers = self._movers()
         self.glue = None
         if layout.glued is not None:
@@ -231,6 +235,7 @@ class Simulation(Remembers):
             self.instruments.step(dt)
             if self.glue:
                 self.glue.hold(sums, impulse)
+            sums = self.balance.ordered(sums, "series" in logged and bool(self.recorders))
         self.time += dt
         self.step_count += 1
         self._close(sums, impulse, wrench, motion, dt)
@@ -241,6 +246,8 @@ class Simulation(Remembers):
                 self._tell(event)
             for name in logged:
                 self._record(name)
+        if self.ranks:
+            self.ranks.after_step(self)
 
     def _start(self, motion: Motion) -> None:
         """Pressure at t = 0, and the first frame."""
@@ -336,8 +343,9 @@ class Simulation(Remembers):
         if stream == "series":
             frame.series = self.balance.series(self.instruments.series(self.time, self.balance.dt))
         else:
-            frame.position, frame.velocity = self.fluid.position, self.fluid.velocity
-            frame.pressure, frame.label, frame.fields = self.fluid.pressure_values, self.fluid.label, self.fluid.fields
+            seen = self.fluid.seen()
+            frame.position, frame.velocity, frame.pressure, frame.label = (seen.pop(name) for name in self.fluid.SEEN)
+            frame.fields = seen
         self._stability.logged = self.time
         for recorder in self.recorders:
             (recorder.series if stream == "series" else recorder.particles)(frame)

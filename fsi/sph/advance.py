@@ -19,12 +19,14 @@ PACE = 6.0  # shift along the surface: at most so much of the inner one for each
 
 
 @cache
-def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool):
+def make_advance(
+    dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool = False
+):
     """`advance(i, sums, chunk, ...)`: what `fsi.sph.corrector` does with the sums of particle i, in this order."""
     DIM, edged = dim, shifted and surface
     P, R = columns.field(dim).of("p r")
     U, FILLED = columns.trial(dim).of("u filled")
-    guard_velocity, guard_shift = _make_guards(dim)
+    guard_velocity, guard_shift = _make_guards(dim, counted)
     damp, shift_inside, shift_along = _make_sponge(dim), *_make_shift(dim)
     book = _make_book(dim)
 
@@ -69,11 +71,11 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
     return advance
 
 
-def _make_guards(dim: int):
+def _make_guards(dim: int, counted: bool):
     """The wall guard on the way of the velocity, with its impulse, and on that with the shift, which has none."""
     DIM = dim
     (GUARDED,) = columns.corrector_sums(dim).of("guarded")
-    bend = make_guard(dim)
+    bend = make_guard(dim, counted)
 
     @helper(dim, inline=True)
     def guard_velocity(x, u, walls, account, k, dt, totals):

@@ -121,6 +121,9 @@ class Constants(NamedTuple):
     excess2: float  # that of the next
     excess3: float  # that of the third
     shallow: float  # pressure up to which these count, see `predictor.surface_excess`
+    up_x: float  # direction against the body forces
+    up_y: float
+    up_z: float
     relaxation: float  # gamma
     suction: float  # share of gamma where the density is too small, see `Fluid.begin`
     density: float

@@ -15,12 +15,15 @@ from fsi.sph.terms import closeness, interface_gradient, partner, pressure_gradi
 
 
 @cache
-def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool):
+def make_corrector(
+    lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool = False
+):  # fmt: skip
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
     The wall guard bends the way of a fluid particle that would end too close to wall particles (`fsi.sph.wall_guard`); the
     impulse is handed to the owners of the wall particles in `impulse` (chunks, owners, 6), force part first, moment about
-    `centre` (owners, DIM). The shift, which carries no momentum, is bent likewise.
+    `centre` (owners, DIM), `counted` in whole units where it is asked for (`fsi.sph.wall_guard`). The shift, which carries no
+    momentum, is bent likewise.
     In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
     end, rate]. With a `surface`, `field` holds pressures times how often they count. `totals` (chunks, .): the columns of
     `columns.corrector_sums`."""
@@ -29,7 +32,7 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
     (FILLED,) = columns.trial(dim).of("filled")
 
     def start(chunk, impulse, totals):
-        impulse[chunk] = 0.0
+        impulse[chunk] = 0
         totals[chunk] = 0.0
 
     def hold(s, trial, field):
@@ -74,9 +77,9 @@ def make_corrector(lanes: int, dim: int, guarded: bool, sponge: bool, shifted: b
         return force / r_i, sparse, outward, nearest
 
     passes = ((ALL, pair),) + ((FLUID, surface_pair),) * edged + ((WALLS, wall_pair),) * guarded
-    finish = make_advance(dim, guarded, sponge, shifted, dense, surface)
+    finish = make_advance(dim, guarded, sponge, shifted, dense, surface, counted)
     return over_pairs(
-        "correct", (lanes, dim, guarded, sponge, shifted, dense, surface), start=start,
+        "correct", (lanes, dim, guarded, sponge, shifted, dense, surface, counted), start=start,
         sum=Sum(hold, empty, passes, finish, after if dense else None),
         takes="trial field coefficients label position velocity pressure body_force k dt zones first boundary "
         "boundary_velocity owner centre impulse totals",

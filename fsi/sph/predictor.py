@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import cache
 
 from fsi.compute.jit import helper
+from fsi.compute.lane_sums import plus
 from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, sqrt, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
@@ -60,12 +61,15 @@ def surface_gate(position_divergence):
 
 
 @cache
-def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool):
+def make_predictor(
+    lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool, ordered: bool = False
+):  # fmt: skip
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
     particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
-    is 1 + 1 / dim on average. `viscosity`: "none", "no_slip" where walls drag, "free_slip". Without a `surface` a gap between
+    is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip".
+    `ordered`: no sum depends on neighbours out of reach, not in its last bit either. Without a `surface` a gap between
     particles is no free surface, and the shift closes it."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
@@ -96,10 +100,27 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
-        r = sqrt(r2)
-        rise = r - component(x_ij, Z)  # r (1 + cosine of the way up)
+        rise = sqrt(r2) - component(x_ij, 0) * k.up_x - component(x_ij, Z) * k.up_z  # r (1 + cosine)
+        if DIM == 3:
+            rise = rise - component(x_ij, 1) * k.up_y
         solid = solid + slope(closeness(r2, k.inverse_support)) * rise * rise
         return laplacian, density, spread, force, linked, solid
+
+    def wall_pair_in_order(sums, mine, j, flow, k):
+        (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
+        x_ij = x_i - other_vector(flow, j, X, L, DIM)
+        r2 = dot(x_ij, x_ij)
+        rise = sqrt(r2) - component(x_ij, 0) * k.up_x - component(x_ij, Z) * k.up_z
+        if DIM == 3:
+            rise = rise - component(x_ij, 1) * k.up_y
+        return (
+            laplacian,
+            density,
+            spread,
+            force,
+            linked,
+            plus(solid, slope(closeness(r2, k.inverse_support)) * rise * rise),
+        )
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -141,8 +162,12 @@ def make_predictor(lanes: int, dim: int, viscosity: str, artificial: bool, shift
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
+    passes = (
+        ((ALL, pair),)
+        + ((WALLS, wall_pair_in_order if ordered else wall_pair),) * surface
+        + ((FLUID, fluid_pair),) * (artificial or free_slip)
+    )
     return over_pairs(
-        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
+        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface, ordered),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
     )  # fmt: skip

@@ -134,6 +134,40 @@ def make_sweep(lanes: int, dim: int, dense: bool, responses: int = 0):
 
 
 @cache
+def make_response_sweep(lanes: int, dim: int, dense: bool, responses: int):
+    """The part of `make_sweep` that belongs to so many linear responses. Taken along with the pressure, they change the last
+    bits of its sums, so that these depend on which particles share a group; by themselves they do not."""
+    L, DIM, M = lanes, dim, responses
+    X, R = columns.field(dim).of("x r")
+    weight = make_weight(lanes, dim, dense)
+
+    def where(s, e, field, low, high, k):
+        return touches(field, s, e, low, high, 1.0 / k.inverse_support)
+
+    def hold(s, field):
+        return own_vector(field, s, X, L, DIM), own(field, s, R, L) if dense else zero(field, L)
+
+    def empty(field):
+        return (zero_vector(field, L, M),)
+
+    def pair(sums, mine, j, field, response, k):
+        (pulls,), (x_i, r_i) = sums, mine
+        return (pulls + weight(field, x_i, r_i, j, k) * other_vector(response, j, 0, L, M),)
+
+    def finish(i, sums, coefficients, k, alpha, beta, response, new_response):
+        (pulls,), inner = sums, coefficients[i, INNER]
+        step = 1.0 + inner * (alpha - 1.0)
+        for m in range(M):
+            q, jacobi = response[i, m], k.laplacian_factor * pulls[m] / coefficients[i, DIAGONAL]
+            new_response[i, m] = q + step * (jacobi - q) + inner * beta * (q - new_response[i, m])
+
+    return over_pairs(
+        "respond", (lanes, dim, dense, responses), takes="field coefficients k alpha beta response new_response low high",
+        sum=Sum(hold, empty, ((ALL, pair),), finish), where=where,
+    )  # fmt: skip
+
+
+@cache
 def make_onset(lanes: int, dim: int, dense: bool, responses: int):
     """The first sweep of the responses, in which only the boundary acts, into the fluid's rows of `response` (n, m)."""
     L, DIM, M = lanes, dim, responses

@@ -155,6 +155,37 @@ def make_extrapolation(lanes: int, dim: int, responses: int = 0):
     )  # fmt: skip
 
 
+@cache
+def make_response_extrapolation(lanes: int, dim: int, responses: int):
+    """The part of `make_extrapolation` that belongs to so many linear responses (`fsi.sph.pressure.make_response_sweep`)."""
+    L, DIM, M = lanes, dim, responses
+    (X,) = columns.field(dim).of("x")
+    (TOTAL,) = columns.shepard(dim).of("total")
+
+    def where(s, e, rows, low, high, k):
+        return touches(rows, s, e, low, high, 1.0 / k.inverse_support)
+
+    def hold(s, rows):
+        return own_vector(rows, s, X, L, DIM)
+
+    def empty(rows):
+        return (zero_vector(rows, L, M),)
+
+    def pair(sums, x_i, j, rows, response, k):
+        x_ij = x_i - other_vector(rows, j, X, L, DIM)
+        return (sums[0] + kernel(closeness(dot(x_ij, x_ij), k.inverse_support)) * other_vector(response, j, 0, L, M),)
+
+    def finish(i, sums, first, shepard, response, response_lift):
+        (totals,), b, full = sums, i - first, shepard[i - first, TOTAL]
+        for m in range(M):
+            response[i, m] = (totals[m] + response_lift[b, m]) / full if full > 0.0 else 0.0
+
+    return over_pairs(
+        "reflect", (lanes, dim, responses), takes="first rows shepard k response response_lift low high",
+        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
+    )  # fmt: skip
+
+
 @helper()
 def _project(vector, normal):
     """Take what is at right angles to the normal out of a vector, unless the normal is 0."""

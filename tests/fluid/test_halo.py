@@ -55,15 +55,24 @@ class Half:
         particles.append_ghosts(*self._swap(self._side, given))
         return self._own
 
-    def locate(self, order, inside):
+    def locate(self, order, sort):
         row = np.empty(len(order), int)
         row[order] = np.arange(len(order))
-        assert inside == len(order)
+        assert sort.inside == len(order)
         self._sources, self._ghosts = row[self._near], row[self._own :]
         return len(self._ghosts)
 
+    def idle(self):
+        return np.empty(0, bool)
+
     def refresh(self, rows, columns):
         rows[self._ghosts, columns] = self._swap(self._side, rows[self._sources, columns].copy())
+
+    def expected(self, count):
+        return count
+
+    def nearby(self, placed):
+        return None
 
     def drop(self, particles):
         own = particles.own
@@ -90,6 +99,11 @@ class TwoSums(Reductions):
 
     def largest_of(self, part):
         return max(self._both(part))
+
+    def loads(self, add, placed, order, position, owner, forces, wrenches):
+        here = np.zeros_like(wrenches)
+        super().loads(add, placed, order, position, owner, forces, here)
+        wrenches += self.combined(here)
 
     def largest(self, values, least=0.0):
         return np.maximum(*self._both(values.max(0, initial=least)))

@@ -293,3 +293,14 @@ def test_a_name_of_ours_is_told_and_not_passed_over(tmp_path, monkeypatch):
             find(name)
     told = CliRunner().invoke(app, ["run", "flap"])
     assert told.exit_code == 2 and "the command 'run' is one of ours, and again brings another" in told.output
+
+
+@pytest.mark.parametrize("name, command", [("bodies", ["check", "flap"]), ("cases", ["report", "x"])])
+def test_a_folder_by_the_name_of_a_package_of_ours_is_named(tmp_path, name, command):
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").touch()
+    done = subprocess.run(
+        [sys.executable, "-m", "fsi", *command], cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+    assert f"{tmp_path / name} hides Spindrift's package {name!r}: rename it" in done.stderr

@@ -123,14 +123,14 @@ def test_a_free_body_gets_slides_and_hinges(box):
 
 def log(scene, mass, damping, coupled):
     """The log of a run whose fluid has this added mass and damping in heave, `coupled` of both into roll, and the buoyancy of
-    the body in its pose; each force is that in the middle of the step before."""
+    the body in its pose; each force is that of the step before, in its middle, but for the buoyancy, that at its start."""
     motion, bodies = scene.coupler.motion["heave"], load(scene)
     time = np.arange(0.0, scene.duration + STEP / 2, STEP)
     phase = lambda t: (np.sin(OMEGA * t), np.cos(OMEGA * t))  # noqa: E731
     still, wrench = bodies.buoyancy(), np.zeros((len(time), 1, 6))
     for n, t in enumerate(time - STEP / 2):
         s, c = phase(t)
-        bodies.place({"heave": motion.amplitude * s}, {})
+        bodies.place({"heave": motion.amplitude * phase(t - STEP / 2)[0]}, {})
         force = motion.amplitude * (mass * OMEGA**2 * s - damping * OMEGA * c)
         wrench[n] = still()
         wrench[n, 0, [2, 4]] += force, coupled * force

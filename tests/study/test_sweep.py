@@ -195,7 +195,7 @@ def test_report_of_a_study(here):
     result = CliRunner().invoke(app, ["report", "studies/study"])
     assert (result.exit_code, result.stdout) == (0, "studies/study/report.html\n"), result.output
     page = (here / "studies/study/report.html").read_text()
-    assert "width [m]" in page and "gauge_Hm0.middle [m]" in page and page.count("<img") == 1
+    assert "Width [m]" in page and "Significant height, middle [m]" in page and page.count("<img") == 1
     assert (here / "studies/study/report/response.png").stat().st_size > 5000
     assert CliRunner().invoke(app, ["report", "."]).stderr.startswith(". holds no study; give the folder")
 

@@ -1,0 +1,135 @@
+"""What it costs to share a step among ranks: `fsi bench --ranks 2`, or `python -m cases.bench.ranks SCENE` under mpiexec.
+
+A run on so many ranks with one thread each is timed beside one in one process with as many threads. Each rank says how long it
+waited for others, and what it sent: bytes of a step by purpose, and for each surface cell, a cube of a support around which
+ghosts stand.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time as clock
+from statistics import median
+
+from fsi.errors import RunError, SceneError
+from fsi.scene.file import load_scene
+
+STEPS, WARM = 10, 3  # timed, and before
+TANK = "tank_still"
+
+
+def timed(scene: str, settings: list[str], steps: int, threads: int, member=None) -> dict:
+    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; `waited`, the share of
+    the time that it waited for others; `sent`, the bytes of a step by purpose; `own` and `ghosts`, its particles."""
+    from fsi.simulation.loop import Simulation
+
+    sim = Simulation(load_scene(scene, settings), threads=threads, ranks=member)
+    marks, waited, sent = [], 0.0, {}
+    for step in range(WARM + steps):
+        if step == WARM and member:
+            member.ranks.barrier()
+            waited, sent = member.ranks.waited, dict(member.ranks.sent)
+        begin = clock.perf_counter()
+        sim.step()
+        if step >= WARM:
+            marks.append(clock.perf_counter() - begin)
+    facts = {"seconds": median(marks), "particles": sim.fluid.labels, "boundary": len(sim.fluid.owner)}
+    if member:
+        ranks, halo = member.ranks, sim.fluid.halo
+        per_cell = (2 * sim.scene.smoothing_length / sim.scene.spacing) ** sim.fluid.dim
+        own = {
+            "waited": (ranks.waited - waited) / sum(marks),
+            "sent": {purpose: (size - sent.get(purpose, 0)) / steps for purpose, size in ranks.sent.items()},
+            "own": len(halo.own_key),
+            "ghosts": halo.ghosts,
+            "surface_cells": halo.ghosts / per_cell,
+        }
+        facts["ranks"] = ranks.comm.gather(own)
+        facts["shape"] = list(halo.decomposition.shape)
+    sim.close()
+    return facts
+
+
+def cost_of_ranks(
+    numbers: list[int], scene: str = TANK, settings: tuple[str, ...] = (), steps: int = STEPS
+) -> list[dict]:
+    """A row for each number of ranks: `ranks`, `seconds` of a step there and in one process with as many `threads`, the
+    `speed` of the ranks over that of the threads, bytes and waiting (`timed`). Raises RunError where a run fails."""
+    rows = []
+    for number in numbers:
+        shared, alone = _child(number, scene, settings, steps), _child(1, scene, settings, steps, threads=number)
+        each = shared.pop("ranks")
+        total = sum(sum(rank["sent"].values()) for rank in each)
+        rows.append(
+            shared
+            | {
+                "ranks": number,
+                "alone": alone["seconds"],
+                "speed": alone["seconds"] / shared["seconds"],
+                "waited": max(rank["waited"] for rank in each),
+                "waited_mean": sum(rank["waited"] for rank in each) / number,
+                "bytes_per_step": total,
+                "bytes_per_surface_cell": total / max(1.0, sum(rank["surface_cells"] for rank in each)),
+                "ghosts": sum(rank["ghosts"] for rank in each),
+                "imbalance": max(rank["own"] for rank in each) * number / sum(rank["own"] for rank in each),
+            }
+        )
+    return rows
+
+
+def lines(rows: list[dict]) -> list[str]:
+    """A table to print."""
+    head = "ranks  arrangement  ms/step  ms/step of threads  speed  waited (most, mean)  MB/step  bytes/surface cell  ghosts"
+    table = [head]
+    for row in rows:
+        shape = "x".join(map(str, row["shape"]))
+        table.append(
+            f"{row['ranks']:5}  {shape:>11}  {1e3 * row['seconds']:7.1f}  {1e3 * row['alone']:18.1f}  {row['speed']:5.2f}  "
+            f"{100 * row['waited']:8.0f} %, {100 * row['waited_mean']:4.0f} %  {row['bytes_per_step'] / 1e6:7.3f}  "
+            f"{row['bytes_per_surface_cell']:18.0f}  {row['ghosts']:6}"
+        )
+    return table
+
+
+def _child(number: int, scene: str, settings: tuple[str, ...], steps: int, threads: int = 0) -> dict:
+    """`timed` in processes of its own: on ranks, or alone with so many threads."""
+    from fsi.ranks.start import from_wheel
+
+    starter = [] if threads else [from_wheel("mpiexec") or "mpiexec", "-n", str(number)]
+    options = ["--steps", str(steps), *(["--threads", str(threads)] if threads else [])]
+    for setting in settings:
+        options += ["--set", setting]
+    command = [*starter, sys.executable, "-m", "cases.bench.ranks", scene, *options]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, env=os.environ)
+    except FileNotFoundError:
+        raise SceneError("no mpiexec", fix="install one with: pip install 'spindrift[mpi]'") from None
+    if done.returncode:
+        raise RunError(f"{' '.join(command)}: {done.stderr.strip()}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene", nargs="?", default=TANK)
+    parser.add_argument("--steps", type=int, default=STEPS)
+    parser.add_argument("--threads", type=int, help="measure one process with so many threads, and no ranks")
+    parser.add_argument("--set", action="append", default=[], metavar="A.B=VALUE")
+    options = parser.parse_args()
+    if options.threads:
+        print(json.dumps(timed(options.scene, options.set, options.steps, options.threads)))
+        return
+    from fsi.runner import joined
+
+    with joined() as member:
+        found = timed(options.scene, options.set, options.steps, 1, member)
+        if member is None or member.root:
+            print(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main()

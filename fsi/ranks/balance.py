@@ -1,0 +1,142 @@
+"""The balance of the ranks: planned from the layout before a run, and renewed where the fluid has moved on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsi.particles.layout import Layout
+from fsi.ranks.comm import Ranks
+from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbalance, slices
+from fsi.ranks.halo import RankHalo
+from fsi.scene.model import Scene
+
+EVERY = 50  # steps from one look at the balance to the next
+DRIFT = 0.05  # share of a rank's mean work by which one may have changed since the last balance, at first
+PATIENT, EAGER = 1.5, 0.8  # factors of that share after a balance that did not pay, and after one that did
+LEAST, MOST = 0.02, 0.5  # bounds of that share
+
+
+def planes_of(scene: Scene) -> list[np.ndarray]:
+    """The planes between slices, one spacing thick, of the scene's tank."""
+    tank = scene.tank
+    return slices(np.array(tank.min, float), np.array(tank.max, float), np.full(scene.dimension, scene.spacing))
+
+
+def planned(
+    scene: Scene, layout: Layout, size: int, shape: str | None, *, balance: bool = True, weighed: bool = True
+) -> Decomposition:
+    """The boxes of so many ranks at the start; equal ones without `balance`, and by numbers alone without `weighed`."""
+    tank = scene.tank
+    low, high = np.array(tank.min, float), np.array(tank.max, float)
+    sides = high - low
+    sides[-1] = min(sides[-1], layout.depth)  # where fluid comes to rest
+    chosen = chosen_shape(size, sides, shape)
+    equal = Decomposition.geometric(chosen, low, high, np.full(scene.dimension, scene.spacing))
+    if not balance:
+        return equal
+    position = np.concatenate([layout.position, layout.boundary])
+    weight = work_of(layout, 2 * scene.smoothing_length) if weighed else np.ones(len(position))
+    return equal.balanced(planes_of(scene), lambda axis, planes: _counts(position[:, axis], weight, planes))
+
+
+def _counts(x: np.ndarray, weight: np.ndarray | None, planes: np.ndarray) -> np.ndarray:
+    return np.bincount(np.searchsorted(planes, x, side="right"), weight, len(planes) + 1).astype(float)
+
+
+def near_fluid(layout: Layout, support: float) -> np.ndarray:
+    """Which boundary particles (b,) have fluid within a support or so [m] at the start: the others cost little."""
+    low = np.minimum(layout.position.min(0), layout.boundary.min(0, initial=np.inf)) - support
+    cells = [((p - low) / support).astype(np.int64) for p in (layout.position, layout.boundary)]
+    shape = tuple(np.maximum(*(c.max(0, initial=0) for c in cells)) + 2)
+    wet = np.zeros(shape, bool)
+    wet[tuple(cells[0].T)] = True
+    for axis in range(len(shape)):  # and the cells beside
+        wet |= np.roll(wet, 1, axis) | np.roll(wet, -1, axis)
+    return wet[tuple(cells[1].T)]
+
+
+def work_of(layout: Layout, support: float) -> np.ndarray:
+    """Work (n + b,) of the fluid and boundary particles, that of a fluid particle 1."""
+    boundary = np.where(near_fluid(layout, support), WEIGHTS["wet"], WEIGHTS["dry"])
+    return np.concatenate([np.full(len(layout.position), WEIGHTS["fluid"]), boundary])
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one rank holds: fluid and boundary particles, the ghosts around, and its work."""
+
+    fluid: int
+    boundary: int
+    ghosts: int
+    work: float
+
+
+def shares(scene: Scene, layout: Layout, decomposition: Decomposition, ghosts: bool = True) -> list[Share]:
+    """What the ranks hold at the start; the ghosts are left out, and 0, where they are not wanted."""
+    work = work_of(layout, 2 * scene.smoothing_length)
+    width = 4.05 * scene.smoothing_length
+    of, walls = decomposition.rank_of(layout.position), decomposition.rank_of(layout.boundary)
+    ranks = np.concatenate([of, walls])
+    totals = np.bincount(ranks, work, decomposition.size)
+    counts, bounds = (np.bincount(kind, minlength=decomposition.size) for kind in (of, walls))
+    around = counts.copy()
+    for rank in range(decomposition.size) if ghosts else ():
+        low, high = decomposition.box(rank)
+        around[rank] = ((layout.position >= low - width) & (layout.position <= high + width)).all(1).sum()
+    found = zip(counts, bounds, around - counts, totals, strict=True)
+    return [Share(int(fluid), int(wall), int(ghost), float(total)) for fluid, wall, ghost, total in found]
+
+
+class Balancer:
+    """Looks at the balance of a run every EVERY steps, and moves the boxes where the work of a rank has drifted since the last
+    time by more than a share of the mean. That share falls after a move that paid and rises after one that did not, by the
+    time that the slowest rank took for a step before and after."""
+
+    def __init__(self, scene: Scene, ranks: Ranks, halo: RankHalo, wet: np.ndarray):
+        self._ranks, self.halo, self._planes = ranks, halo, planes_of(scene)
+        self._wet, self._drift = wet, DRIFT
+        self._last: np.ndarray | None = None  # work of each rank after the last move
+        self._before: float | None = None  # seconds of a step before the last move
+        self._steps, self._busy = 0, 0.0
+        self.moves = 0
+
+    def __call__(self, sim, busy: float) -> None:
+        """After a step in which this rank was busy for so many seconds."""
+        self._steps, self._busy = self._steps + 1, self._busy + busy
+        if self._steps % EVERY or self._ranks.size == 1:
+            return
+        fluid = sim.fluid
+        mine = fluid.count + WEIGHTS["wet"] * fluid.solids.count
+        work, slowest = np.zeros(self._ranks.size), self._ranks.reduce(self._busy / EVERY, "max")
+        work[self._ranks.rank] = mine
+        work = self._ranks.reduce(work)
+        self._busy = 0.0
+        if self._before is not None:
+            factor = EAGER if slowest < self._before else PATIENT
+            self._drift, self._before = min(MOST, max(LEAST, self._drift * factor)), None
+        last = self._last if self._last is not None else work
+        if self._last is None:
+            self._last = work
+        drift = np.abs(work - last).max() / work.mean()
+        if drift > self._drift or imbalance(work) > 1 + 2 * self._drift:
+            self._move(fluid, slowest)
+
+    def _move(self, fluid, slowest: float) -> None:
+        """Move the boxes to where the work is the same in all departments."""
+        position, boundary = fluid.position, fluid.boundary
+        held = self.halo.holds(boundary)
+        wall = np.where(self._wet, WEIGHTS["wet"], WEIGHTS["dry"])[held]
+
+        def count(axis: int, planes: np.ndarray) -> np.ndarray:
+            return self._ranks.reduce(
+                _counts(position[:, axis], None, planes) + _counts(boundary[held, axis], wall, planes)
+            )
+
+        new = self.halo.decomposition.balanced(self._planes, count)
+        if all(np.array_equal(a, b) for a, b in zip(new.cuts, self.halo.decomposition.cuts, strict=True)):
+            self._last = None
+            return
+        self.halo.decide(new)
+        self._last, self._before, self.moves = None, slowest, self.moves + 1

@@ -1,0 +1,58 @@
+"""What a rank does to many particles at once: finding those that leave, keeping the order of cells, moving columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsi.compute.jit import exact
+
+PLACE_BITS = 16  # of a key: place within a cell
+CODE_BITS = 56  # from here on: the image, 0 for a particle itself
+
+
+@exact
+def outside(position, low, high, found):
+    """Numbers of the particles that are not at low <= x < high, into `found` (n,); how many there are."""
+    count = 0
+    for i in range(position.shape[0]):
+        inside = True
+        for d in range(position.shape[1]):
+            inside &= low[d] <= position[i, d] < high[d]
+        if not inside:
+            found[count] = i
+            count += 1
+    return count
+
+
+@exact
+def arrange(start, order, key, new_key):
+    """Put the particles of each cell in the order of their keys, and give each row its new one, cell and place. start
+    (cells + 1,), order (n,): particle at each row; key (n,) of the particles, new_key (rows,) of the rows."""
+    for cell in range(start.size - 1):
+        first, end = start[cell], start[cell + 1]
+        for r in range(first + 1, end):
+            i = order[r]
+            own, at = key[i], r
+            while at > first and key[order[at - 1]] > own:
+                order[at] = order[at - 1]
+                at -= 1
+            order[at] = i
+        for r in range(first, end):
+            new_key[r] = (np.int64(cell) << 16) | (r - first)
+
+
+@exact
+def pick(rows, source, first, last, out):
+    """Columns first to last of the rows `source` (g,), one after the other in `out` (g, last - first)."""
+    for g in range(source.size):
+        for c in range(first, last):
+            out[g, c - first] = rows[source[g], c]
+
+
+@exact
+def put(rows, target, first, last, given):
+    """The same columns of the rows `target` (g,) from `given` (g, last - first); negative targets take nothing."""
+    for g in range(target.size):
+        if target[g] >= 0:
+            for c in range(first, last):
+                rows[target[g], c] = given[g, c - first]
