@@ -120,5 +120,7 @@ def test_the_cells_around_a_vertical_hold_all_that_counts(dimension, periodic):
     unsorted = SimpleNamespace(start=np.empty(0), grid=None)
     there = solids.position[: solids.count]
     rest = SimpleNamespace(count=0, sort=unsorted)
-    whole = SimpleNamespace(scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest)
+    whole = SimpleNamespace(
+        scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest, reductions=fluid.reductions
+    )
     assert [surface(p) for p in points] == [Surface(whole)(p) for p in points]

@@ -72,8 +72,8 @@ class Simulation:
 
     fails_at = None
 
-    def __init__(self, scene, *, bodies=None, coupler=None, ground=None, recorders=(), threads=None):
-        self.scene, self.bodies, self.recorders = scene, bodies, recorders
+    def __init__(self, scene, *, bodies=None, coupler=None, ground=None, recorders=(), threads=None, ranks=None):
+        self.scene, self.bodies, self.recorders, self.ranks = scene, bodies, recorders, ranks
         self.time, self.step_count, self.threads = 0.0, 0, threads or 1
         self.counts = {"fluid": 50, "wall": 10, "body": 0}
         self.memory_bytes, self.phases, self.warnings = 1000, {"pressure": np.float64(0.5)}, ["a warning"]
