@@ -103,24 +103,8 @@ def make_predictor(
         rise = sqrt(r2) - component(x_ij, 0) * k.up_x - component(x_ij, Z) * k.up_z  # r (1 + cosine)
         if DIM == 3:
             rise = rise - component(x_ij, 1) * k.up_y
-        solid = solid + slope(closeness(r2, k.inverse_support)) * rise * rise
-        return laplacian, density, spread, force, linked, solid
-
-    def wall_pair_in_order(sums, mine, j, flow, k):
-        (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
-        x_ij = x_i - other_vector(flow, j, X, L, DIM)
-        r2 = dot(x_ij, x_ij)
-        rise = sqrt(r2) - component(x_ij, 0) * k.up_x - component(x_ij, Z) * k.up_z
-        if DIM == 3:
-            rise = rise - component(x_ij, 1) * k.up_y
-        return (
-            laplacian,
-            density,
-            spread,
-            force,
-            linked,
-            plus(solid, slope(closeness(r2, k.inverse_support)) * rise * rise),
-        )
+        taken = slope(closeness(r2, k.inverse_support)) * rise * rise
+        return laplacian, density, spread, force, linked, plus(solid, taken) if ordered else solid + taken
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -162,11 +146,7 @@ def make_predictor(
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = (
-        ((ALL, pair),)
-        + ((WALLS, wall_pair_in_order if ordered else wall_pair),) * surface
-        + ((FLUID, fluid_pair),) * (artificial or free_slip)
-    )
+    passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
     return over_pairs(
         "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface, ordered),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),

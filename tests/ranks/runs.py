@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cases.bench import identity
 from fsi.ranks.start import from_wheel
 from fsi.record.run_folder import load_run
 
@@ -56,56 +57,9 @@ x = 0.5
 series = 0.01
 timeline = false
 """
-CHANNEL = """
-spacing = 0.05
-duration = 5.0
-gravity = 0.0
-[tank]
-min = [0.0, 0.0]
-max = [1.0, 0.5]
-walls = ["z-", "z+"]
-periodic = ["x"]
-[fluid]
-still_water_level = 0.5
-acceleration = [0.1, 0.0]
-kinematic_viscosity = 1e-3
-[probes.middle]
-position = [0.5, 0.25]
-"""
-LAYERS = """
-spacing = 0.04
-duration = 0.4
-[tank]
-min = [0.0, -0.4]
-max = [0.8, 0.2]
-[fluid]
-kinematic_viscosity = 1e-4
-[liquids.brine]
-density = 1200.0
-kinematic_viscosity = 2e-3
-[[liquids.brine.blocks]]
-min = [0.0, -0.4]
-max = [0.4, -0.1]
-[gauges.middle]
-x = 0.4
-"""
-SEA = """
-spacing = 0.05
-duration = 2.0
-[tank]
-min = [0.0, -0.6]
-max = [5.0, 0.4]
-[waves]
-kind = "irregular"
-Hm0 = 0.08
-peak_period = 1.6
-absorb = true
-[[damping]]
-start = 4.0
-end = 5.0
-[gauges.front]
-x = 2.0
-"""
+CHANNEL = identity.CHANNEL
+LAYERS = identity.LAYERS.replace("spacing = 0.02", "spacing = 0.04")
+SEA = identity.SEA.replace("spacing = 0.04", "spacing = 0.05").replace("duration = 3.0", "duration = 2.0")
 SHORTER = {
     "flap": ("--until", 0.3, "--set", "spacing=0.05", "--set", "output.series=0.02"),
     "floating_box": ("--until", 0.1, "--set", "spacing=0.05", "--set", "output.series=0.02"),

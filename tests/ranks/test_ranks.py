@@ -67,9 +67,8 @@ def test_a_rank_that_is_killed_ends_all_of_them(scene, tmp_path):
     try:
         wait_for(lambda: any((out / "checkpoints").glob("*.checkpoint")), 120)
         os.kill(rank_of(process.pid, 1), signal.SIGKILL)
-        begin = time.monotonic()
-        process.communicate(timeout=60)
-        assert process.returncode != 0 and time.monotonic() - begin < 30
+        process.communicate(timeout=30)
+        assert process.returncode != 0
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
@@ -124,9 +123,8 @@ def test_a_rank_that_stands_still_ends_all_of_them(scene, tmp_path, which):
     try:
         wait_for(lambda: any((out / "checkpoints").glob("*.checkpoint")), 120)
         os.kill(rank_of(process.pid, which), signal.SIGSTOP)
-        begin = time.monotonic()
-        _, told = process.communicate(timeout=60)
-        assert process.returncode != 0 and time.monotonic() - begin < 30
+        _, told = process.communicate(timeout=30)
+        assert process.returncode != 0
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)

@@ -38,11 +38,9 @@ def test_a_signal_ends_the_compiler_too(number):
     )
     assert child.stdout.readline() == "compiling\n"
     time.sleep(0.5)
-    sent = time.monotonic()
     child.send_signal(getattr(signal, number))
-    _, said = child.communicate(timeout=30)
+    _, said = child.communicate(timeout=10)  # 2 s on a machine that is not busy
     assert child.returncode == 143 and said == f"stopped by {number}\n"
-    assert time.monotonic() - sent < 10.0  # 2 s on a machine that is not busy
 
 
 def test_handlers_are_put_back_and_nohup_is_respected():
@@ -65,9 +63,8 @@ def test_a_signal_ends_a_run_that_compiles(tmp_path, after):
     child = subprocess.Popen([*RUN, "--until", "1e3", "--out", tmp_path / "run"], env=cold, stderr=subprocess.PIPE)
     time.sleep(after)
     child.terminate()
-    sent = time.monotonic()
-    child.communicate(timeout=60)
-    assert child.returncode == 143 and time.monotonic() - sent < 2.0
+    child.communicate(timeout=2)
+    assert child.returncode == 143
     if (tmp_path / "run").exists():
         assert json.loads((tmp_path / "run/run.json").read_text())["status"] == "interrupted"
 
