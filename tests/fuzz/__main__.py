@@ -8,17 +8,16 @@ from collections import Counter
 
 from tests.fuzz.pool import Worker
 
-SLOW = 10.0  # [s] of processor time
-
 
 def main() -> None:
-    """Exit code 1 where an input broke something."""
+    """Exit code 1 where an input broke something or was answered late."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--mjcfs", type=int, default=300)
     parser.add_argument("--runs", type=int, default=60, help="accepted inputs to run for 20 steps")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--slow", type=float, default=10.0, help="[s] of processor time that an answer may take")
     arguments = parser.parse_args()
     worker, total, left, bad, longest = Worker(), Counter(), arguments.runs, 0, 0.0
     began = time.perf_counter()
@@ -30,7 +29,7 @@ def main() -> None:
             state = answer["state"]
             total[f"{kind} {state}"] += 1
             longest = max(longest, answer["seconds"])
-            if state == "broken" or answer["seconds"] > SLOW:
+            if state == "broken" or answer["seconds"] > arguments.slow:
                 bad += 1
                 print(f"{kind} {number}: {state}, {answer['seconds']:.1f} s: {answer['text']}", flush=True)
             if "run" in answer:

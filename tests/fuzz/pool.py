@@ -9,8 +9,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-ANSWER_WITHIN = 60.0  # [s] of wall time, on a machine that may be busy; 10 s of processor time is the promise
-RUN_WITHIN = 300.0  # [s] for an input whose steps are run, the compiler's time with it
+ANSWER_WITHIN = 300.0  # [s] of wall time: what takes longer hangs; the promise is in processor time, by `--slow`
+RUN_WITHIN = 600.0  # [s] for an input whose steps are run, the compiler's time with it
 
 
 class Worker:

@@ -16,11 +16,11 @@ def fuzz(*arguments: str) -> subprocess.CompletedProcess:
 
 
 def test_some_inputs():
-    done = fuzz("--scenes", "80", "--mjcfs", "40", "--runs", "0")
+    done = fuzz("--scenes", "80", "--mjcfs", "40", "--runs", "0", "--slow", "inf")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.slow
 def test_all_inputs_and_the_first_steps_of_those_accepted():
-    done = fuzz()
+    done = fuzz("--slow", "inf")
     assert done.returncode == 0, done.stdout + done.stderr
