@@ -9,10 +9,9 @@ __all__ = ["BodySet", "grid_solid", "load", "mesh_solid"]
 
 
 def __getattr__(name: str):
-    """Import on first use, so that MuJoCo and trimesh are needed only where there are bodies."""
+    """Import on first use, so that MuJoCo is needed only where there are bodies."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name not in ("mesh_solid", "grid_solid"):
         require("mujoco", "bodies", "a scene with bodies")
-    require("trimesh", "bodies", "a mesh")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

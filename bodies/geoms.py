@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-import trimesh
 
 from bodies.mjcf import GEOM, mesh_arrays, name_of
+from bodies.shapes import outlines
 from bodies.shapes.meshes import BY_HAND, at, mesh, polygon, section, sound
 from bodies.shapes.primitives import Box, Capsule, Cylinder, Disc, Placed, Shape
 from fsi.errors import SceneError
@@ -21,17 +21,19 @@ def triangles(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray]
     if kind == TYPE.mjGEOM_MESH:
         return mesh_arrays(model, model.geom_dataid[geom])
     if kind == TYPE.mjGEOM_BOX:
-        solid = trimesh.creation.box(extents=2 * size)
-    elif kind == TYPE.mjGEOM_CYLINDER:
-        solid = trimesh.creation.cylinder(radius=size[0], height=2 * size[1], sections=96)
-    elif kind == TYPE.mjGEOM_CAPSULE:
-        solid = trimesh.creation.capsule(radius=size[0], height=2 * size[1], count=(48, 48))
-    elif kind in (TYPE.mjGEOM_SPHERE, TYPE.mjGEOM_ELLIPSOID):
-        solid = trimesh.creation.icosphere(subdivisions=4)
-        solid.apply_scale(size if kind == TYPE.mjGEOM_ELLIPSOID else np.repeat(size[0], 3))
-    else:
+        return outlines.box(size)
+    if kind == TYPE.mjGEOM_CYLINDER:
+        return outlines.cylinder(size[0], size[1])
+    if kind == TYPE.mjGEOM_CAPSULE:
+        return outlines.capsule(size[0], size[1])
+    if kind == TYPE.mjGEOM_SPHERE:
+        return outlines.ball(size[0])
+    if kind != TYPE.mjGEOM_ELLIPSOID:
         return None
-    return np.array(solid.vertices), np.array(solid.faces)
+    import trimesh
+
+    solid = trimesh.creation.icosphere(subdivisions=4)
+    return solid.vertices * size, np.array(solid.faces)
 
 
 def place(

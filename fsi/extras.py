@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from types import ModuleType
+
+import numpy as np
 
 from fsi.errors import SceneError
 
@@ -18,3 +21,26 @@ def require(module: str, extra: str, purpose: str) -> ModuleType:
             f"{purpose} needs the package {missing!r}, which is not installed",
             fix=f"install it with: pip install 'spindrift[{extra}]'",
         ) from None
+
+
+def without_pandas() -> None:
+    """Have pyarrow, which asks once whether pandas is installed by importing it, find none: that takes longer than all else
+    of a timeline. pyarrow asks again where it cannot do without."""
+    if "pandas" in sys.modules:
+        return
+    import pyarrow
+
+    sys.meta_path.insert(0, _NoPandas)
+    try:
+        pyarrow.array(np.zeros(1))
+    finally:
+        sys.meta_path.remove(_NoPandas)
+
+
+class _NoPandas:
+    """A finder that does not let pandas be found."""
+
+    @staticmethod
+    def find_spec(name: str, path: object = None, target: object = None) -> None:
+        if name == "pandas":
+            raise ModuleNotFoundError("not now", name="pandas")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from bodies.shapes import layers as layering
 from bodies.shapes.distance import TriangleTree, nearest_segment
 from bodies.shapes.primitives import Placed, Together
 from bodies.shapes.shells import Shells, merged, shells
 from fsi.errors import SceneError
+from fsi.extras import require
 from fsi.protocols import Solid
 from fsi.trust import check_bytes
 
@@ -116,6 +116,7 @@ def mesh_solid(
     if path.suffix.lower() not in FORMATS:
         raise SceneError(f"{path.suffix!r} is no mesh format read here", file=path, fix=READABLE)
     check_bytes(path, MOST_BYTES, "export it with fewer triangles, as binary STL")
+    trimesh = require("trimesh", "bodies", "a bathymetry")
     try:
         loaded = trimesh.load_mesh(path)
     except Exception as error:  # each format raises its own kind

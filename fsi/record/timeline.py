@@ -14,7 +14,7 @@ from uuid import uuid4
 
 import numpy as np
 
-from fsi.extras import require
+from fsi.extras import require, without_pandas
 from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import levels, particle_values, raster, spatial
 from fsi.record.files import same_place
@@ -25,6 +25,7 @@ from fsi.scene.geometry import fluid_depth
 from fsi.scene.model import Scene
 
 rr = require("rerun", "viewer", "output.timeline = true")
+without_pandas()
 
 BUFFERED_FRAMES = 500  # series frames that are written together; each batch has an overhead of about 1 kB a series
 WAIT = 1.0  # wall time [s] of a run without news, after which they are written

@@ -19,7 +19,6 @@ def bind(scene: Scene, label: str, *, bodies: bool = True, ground: bool = True) 
         moved = plugins.engine().load(scene, label)
         coupler = scene.coupler.make(moved, label)
     if scene.tank.bathymetry and ground:
-        require("trimesh", "bodies", "a bathymetry")
         margin = (scene.layers + 1) * scene.spacing  # ground beyond the walls of the tank is not felt
         low, high = (
             [x + side * margin for x in corner] for corner, side in ((scene.tank.min, -1), (scene.tank.max, 1))
