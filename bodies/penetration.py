@@ -18,15 +18,17 @@ class Penetration:
         self._model = model
         single = np.isin(model.jnt_type, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE))
         self._joints = np.flatnonzero(model.jnt_limited.astype(bool) & single)
-        self._address = model.jnt_qposadr[self._joints]
-        self._low, self._high = model.jnt_range[self._joints].T
+        low, high = model.jnt_range[self._joints].T.tolist()
+        self._limits = list(zip(model.jnt_qposadr[self._joints].tolist(), low, high, strict=True))
         self.state = np.zeros(len(self._joints) + 3)
 
     def watch(self, data: mujoco.MjData) -> None:
         """Look at where everything stands."""
-        if self._joints.size:
-            x, limits = data.qpos[self._address], self.state[:-3]
-            np.maximum(limits, np.maximum(self._low - x, x - self._high), out=limits)
+        qpos = data.qpos
+        for k, (address, low, high) in enumerate(self._limits):
+            x = qpos[address]
+            if low - x > self.state[k] or x - high > self.state[k]:
+                self.state[k] = max(low - x, x - high)
         if data.ncon and (depth := -float(data.contact.dist.min())) > self.state[-3]:
             self.state[-3:] = depth, *data.contact.geom[data.contact.dist.argmin()]
 

@@ -83,9 +83,13 @@ class Stepper:
             lines = (data.qpos.copy(), *self.moorings.forces(data))
             substeps = max(substeps, needed(dt, lines[2], own + added))
         model.opt.timestep = dt / substeps
+        armature, drag = self._stiff.implicit(dt / substeps, inertia)
+        self._carry(diagonal + armature)
         for _ in range(substeps):
-            armature, force = self._stiff.implicit(dt / substeps, data, inertia)
-            self._carry(diagonal + armature)
+            force = -drag * data.qvel
+            if self.ptos.any:
+                carried, force = self._stiff.pulled(dt / substeps, data, inertia, armature, force)
+                self._carry(diagonal + carried)
             if lines:
                 force += self._lines(*lines)
             self._substep(load + force, within, coupling, a0)

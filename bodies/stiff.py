@@ -60,9 +60,9 @@ class StiffForces:
             self.notes.setdefault(f"substeps {reason}", f"MuJoCo substeps of at most {step:.3g} s, for {reason}")
         return min(count, MOST)
 
-    def implicit(self, dt: float, data: mujoco.MjData, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Armature and force (nv,) for a substep of dt [s]; inertia (nv,) with the fluid's. Takes what it covers out of the
-        model's damping."""
+    def implicit(self, dt: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Armature (nv,) of what is taken implicitly in substeps of dt [s], power take-offs aside, and how its force falls with
+        the velocity (nv,); inertia (nv,) with the fluid's. Takes what it covers out of the model's damping."""
         stiff = dt * np.sqrt(self._stiffness / inertia) > SOFT
         thick = (dt * self._damping / inertia > SOFT) & self._damped
         k, c = np.where(stiff, self._stiffness, 0.0), np.where(thick, self._damping, 0.0)
@@ -70,10 +70,13 @@ class StiffForces:
         self._say(stiff, "spring")
         self._say(thick, "damper")
         armature = dt * (c + dt * k)
-        force = -(c + dt * k) * data.qvel
         armature[self.fixed] += RIGID * inertia[self.fixed]
-        if self.ptos.any:
-            self._add_power_take_offs(dt, data, inertia, armature, force)
+        return armature, c + dt * k
+
+    def pulled(self, dt, data, inertia, armature, force) -> tuple[np.ndarray, np.ndarray]:
+        """Armature and force (nv,) with those of the power take-offs in a substep of dt [s]."""
+        armature, force = armature.copy(), force.copy()
+        self._add_power_take_offs(dt, data, inertia, armature, force)
         return armature, force
 
     def restore(self) -> None:
