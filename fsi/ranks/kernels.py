@@ -38,7 +38,34 @@ def arrange(start, order, key, new_key):
                 at -= 1
             order[at] = i
         for r in range(first, end):
-            new_key[r] = (np.int64(cell) << 16) | (r - first)
+            new_key[r] = (np.int64(cell) << PLACE_BITS) | (r - first)
+
+
+OUTER, INNER = 1, 2  # groups that others wait for, and those that only this rank does
+
+
+@exact
+def split(offset, count, group, base, kind, which, first, length, start):
+    """Runs of consecutive groups of the rows of one `kind` (rows,) within each chunk (`fsi.particles.neighbours`): their first
+    groups, lengths and starts of lists, into arrays with room for all groups; how many runs there are. A group of several
+    rows is outer where one of them is; groups of ghosts, 0, are left out."""
+    runs = 0
+    for c in range(count.size):
+        last = 0
+        for g in range(offset[c], offset[c] + count[c]):
+            found = 0
+            for row in range(group[g], group[g + 1]):
+                if kind[row] == 1:
+                    found = 1
+                elif kind[row] == 2 and found == 0:
+                    found = 2
+            if found == which:
+                if last != which:
+                    first[runs], length[runs], start[runs] = g, 0, base[c]
+                    runs += 1
+                length[runs - 1] += 1
+            last = found
+    return runs
 
 
 @exact
