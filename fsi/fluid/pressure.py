@@ -101,12 +101,8 @@ class Relaxation:
         response.spread()
         variant, weights = (self._lanes, self._dim, parts.dense), (parts.dtype(alpha), parts.dtype(beta))
         responses = response.rows, response.twin, response.low, response.high
-        apart = parts.reductions.ordered and response.columns > 0
-        sweep = pressure.make_sweep(*variant, 0 if apart else response.columns)
+        sweep = pressure.make_sweep(*variant, response.columns)
         self._run_refreshed(work.twin, sweep, work.field, work.twin, work.coefficients, k, *weights, *responses)
-        if apart:
-            sweep = pressure.make_response_sweep(*variant, response.columns)
-            self._run(sweep, work.field, work.coefficients, k, *weights, *responses)
         work.swap()
         response.swap()
         if response.columns:

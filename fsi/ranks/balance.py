@@ -11,6 +11,7 @@ from fsi.ranks.comm import Ranks
 from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbalance, slices
 from fsi.ranks.halo import RankHalo
 from fsi.scene.model import Scene
+from fsi.scene.rheology import Granular
 
 EVERY = 50  # steps from one look at the balance to the next
 DRIFT = 0.05  # share of a rank's mean work by which one may have changed since the last balance, at first
@@ -32,7 +33,8 @@ def planned(
     low, high = np.array(tank.min, float), np.array(tank.max, float)
     sides = high - low
     sides[-1] = min(sides[-1], layout.depth)  # where fluid comes to rest
-    chosen = chosen_shape(size, sides, shape)
+    upright = any(isinstance(liquid.rheology, Granular) for liquid in scene.all_liquids)
+    chosen = chosen_shape(size, sides, shape, upright)
     equal = Decomposition.geometric(chosen, low, high, np.full(scene.dimension, scene.spacing))
     if not balance:
         return equal

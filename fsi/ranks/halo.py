@@ -192,7 +192,10 @@ class RankHalo:
         """See `Halo`."""
         inside, own = sort.inside, len(self.own_key)
         self.key = np.empty(inside, np.int64)
-        kernels.arrange(sort.start, order, self._last_key, self.key)
+        if sort.grid.compact:
+            kernels.arrange_compact(sort.start, sort.grid.shape, order, self._last_key, self.key)
+        else:
+            kernels.arrange(sort.start, order, self._last_key, self.key)
         row = np.empty(len(order), np.int64)
         row[order] = np.arange(len(order))
         self._ghosts = np.where(row[own:] < inside, row[own:], -1)

@@ -25,20 +25,35 @@ def outside(position, low, high, found):
 
 
 @exact
+def _arrange_cell(first, end, cell, order, key, new_key):
+    for r in range(first + 1, end):
+        i = order[r]
+        own, at = key[i], r
+        while at > first and key[order[at - 1]] > own:
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = i
+    for r in range(first, end):
+        new_key[r] = (np.int64(cell) << PLACE_BITS) | (r - first)
+
+
+@exact
 def arrange(start, order, key, new_key):
     """Put the particles of each cell in the order of their keys, and give each row its new one, cell and place. start
     (cells + 1,), order (n,): particle at each row; key (n,) of the particles, new_key (rows,) of the rows."""
     for cell in range(start.size - 1):
-        first, end = start[cell], start[cell + 1]
-        for r in range(first + 1, end):
-            i = order[r]
-            own, at = key[i], r
-            while at > first and key[order[at - 1]] > own:
-                order[at] = order[at - 1]
-                at -= 1
-            order[at] = i
-        for r in range(first, end):
-            new_key[r] = (np.int64(cell) << PLACE_BITS) | (r - first)
+        _arrange_cell(start[cell], start[cell + 1], cell, order, key, new_key)
+
+
+@exact
+def arrange_compact(index, shape, order, key, new_key):
+    """The same for the used cells of a compact sort (`fsi.particles.compact_cells.Index`), in a grid of this shape (3,)."""
+    low, layer, pencil, cells, x, start = index
+    for k in range(layer.size - 1):
+        for p in range(layer[k], layer[k + 1]):
+            for c in range(cells[p], cells[p + 1]):
+                cell = (np.int64(low[0] + k) * shape[1] + pencil[p]) * shape[0] + x[c]
+                _arrange_cell(start[c], start[c + 1], cell, order, key, new_key)
 
 
 OUTER, INNER = 1, 2  # groups that others wait for, and those that only this rank does

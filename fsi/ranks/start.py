@@ -24,7 +24,6 @@ from fsi.ranks.halo import RankHalo
 from fsi.ranks.reductions import RankReductions
 from fsi.record.run_folder import RunFolder
 from fsi.scene.model import Scene
-from fsi.scene.rheology import Granular
 
 
 def join(shape: str | None, started: int | None) -> Membership:
@@ -65,18 +64,6 @@ def from_wheel(name: str) -> str | None:
     return next((str(Path(file).resolve()) for file in found if Path(file).exists()), None)
 
 
-def refuse(scene: Scene) -> None:
-    """Raise SceneError for what does not run on several processes."""
-    fix = "run the scene in one process, without mpiexec and --ranks"
-    if scene.numerics.solver == "iisph":
-        raise SceneError("iisph does not run on several processes", key="numerics.solver", fix=fix)
-    if any(isinstance(liquid.rheology, Granular) for liquid in scene.all_liquids):
-        fault = (
-            "granular liquids do not run on several processes: the weight above a particle would cross their borders"
-        )
-        raise SceneError(fault, key="liquids", fix=fix)
-
-
 class Membership:
     """This process as one of a run's: what `fsi.runner` and `Simulation` ask of it. `root` is the one that writes."""
 
@@ -98,8 +85,7 @@ class Membership:
 
     def parts(self, scene: Scene, layout: Layout) -> dict:
         """`halo` and `reductions` of the fluid of a scene (`fsi.fluid.fluid.Fluid`). Raises SceneError where a scene cannot be
-        shared."""
-        refuse(scene)
+        shared in the arrangement that is asked for."""
         grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, 2 * scene.smoothing_length)
         decomposition = planned(scene, layout, self.ranks.size, self._shape)
         halo = RankHalo(scene, self.ranks, decomposition, grid)
