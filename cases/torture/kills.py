@@ -12,7 +12,7 @@ from pathlib import Path
 from cases.torture.trial import Score, Subject, fork, go, is_done, load, prefix_faults, wait
 from cases.torture.trial import compare as compared
 from fsi.errors import SceneError
-from fsi.record.run_folder import read_manifest
+from fsi.record.manifest import read_manifest
 from fsi.resuming import recover
 
 CAUGHT = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP, signal.SIGXCPU)

@@ -6,6 +6,7 @@ begins within milliseconds.
 
 from __future__ import annotations
 
+import filecmp
 import os
 import signal
 import sys
@@ -20,7 +21,8 @@ import numpy as np
 
 from cases.bench.identity import CHANNEL, LAYERS, SEA
 from fsi.errors import RunError, SceneError
-from fsi.record.run_folder import load_run, read_manifest
+from fsi.record.dataset import load_run
+from fsi.record.manifest import read_manifest
 from fsi.resuming import resume
 from fsi.runner import run
 from fsi.scene.file import load_scene, resolved_toml
@@ -43,6 +45,8 @@ SCENES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
 }
 OUTPUT = ("output.checkpoint=0.05", "output.series=0.005", "output.particles=0.05")
+LOGS = ("run.mcap", "run.rrd")  # which are the same whatever happened to a run
+WHOLE = {*LOGS, "run.clock", "run.json", "scene.toml", "checkpoints"}  # files of a run that is done
 DONE, FAILED, REFUSED = 0, 1, 2  # exit codes
 PATIENCE = 120.0  # [s] that a process may take to end
 
@@ -184,25 +188,17 @@ def load(folder: Path):
 
 
 def compare(folder: Path, reference: Path) -> list[str]:
-    """Names of what is not the same, bit for bit, in two runs that are done: series, events, snapshots of particles."""
+    """What is not the same in two runs that are done: bytes of the logs, and where those are not, names of the series."""
     try:
         faults = different(load(folder), load(reference), events=True)
     except SceneError as fault:
         return [str(fault)]
-    if (reference / "run.rrd").exists():
-        from fsi.record.timeline_reader import read_snapshots
-
-        times = np.arange(0, 100, 0.05)
-        try:
-            ours, theirs = (read_snapshots(path / "run.rrd", times) for path in (folder, reference))
-        except SceneError as fault:
-            return [*faults, str(fault)]
-        same = len(ours) == len(theirs) and all(
-            a.time == b.time and np.array_equal(a.position, b.position) and np.array_equal(a.level, b.level)
-            for a, b in zip(ours, theirs, strict=True)
-        )
-        faults += [] if same else [f"snapshots ({len(ours)} of {len(theirs)})"]
-    return faults
+    for name in LOGS:
+        ours, theirs = (path / name for path in (folder, reference))
+        if theirs.exists() and not (ours.exists() and filecmp.cmp(ours, theirs, shallow=False)):
+            faults.append(f"bytes of {name}")
+    left = sorted(file.name for file in folder.iterdir() if file.name not in WHOLE and file.suffix != ".lock")
+    return faults + [f"{name} is left" for name in left]
 
 
 def different(one, two, events: bool = False) -> list[str]:

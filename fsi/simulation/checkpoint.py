@@ -25,7 +25,7 @@ from fsi.errors import SceneError
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
-MAGIC = b"spindrift-ckpt-1"
+MAGIC = b"spindrift-ckpt-2"
 HEADER_LIMIT, LIMIT = 64 * 2**20, 2**40  # bytes of a header and of a file that are read
 KEPT = 2  # checkpoints of a run
 FOLDER, SUFFIX = "checkpoints", ".checkpoint"
@@ -189,7 +189,7 @@ class Checkpoints:
 
         def arrived(position: dict) -> None:
             positions.update(position)
-            self._queue.put((facts | {"log": positions}, state))
+            self._queue.put((facts, state | {"log": positions}))
 
         for recorder in waiting[:1]:
             recorder.mark(arrived)

@@ -13,10 +13,12 @@ import fsi
 import fsi.resuming
 from fsi.errors import SceneError
 from fsi.record import mcap_writer
+from fsi.record.dataset import damage_of
+from fsi.record.export import export
 from fsi.record.mcap import McapRecorder, rewrite
 from fsi.record.mcap_file import MARK
 from fsi.record.mcap_reader import log_complete, read_log
-from fsi.record.run_folder import RunFolder, damage_of, export
+from fsi.record.run_folder import RunFolder
 from fsi.record.viewer import recording_of
 
 STEPS, TRIES = 24, 400

@@ -22,9 +22,10 @@ from fsi.errors import RunError, SceneError
 from fsi.record import background
 from fsi.record.background import Background
 from fsi.record.files import Claim, new_file
+from fsi.record.manifest import liveness, process, read_manifest
 from fsi.record.mcap import McapRecorder
 from fsi.record.mcap_reader import read_log
-from fsi.record.run_folder import RunFolder, liveness, process, read_manifest
+from fsi.record.run_folder import RunFolder
 from fsi.simulation import logged
 
 HOLDS = """

@@ -13,9 +13,10 @@ from stand_in import event, frame
 from fsi import load_run
 from fsi.errors import RunError, SceneError
 from fsi.record.background import Background, open_recorders
+from fsi.record.export import export
 from fsi.record.mcap import POSES, McapRecorder
 from fsi.record.mcap_reader import read_log
-from fsi.record.run_folder import RunFolder, export
+from fsi.record.run_folder import RunFolder
 from fsi.record.series import SERIES
 from fsi.scene.file import load_scene
 
