@@ -153,11 +153,14 @@ def _copy(path: Path, log: LogWriter, keep: dict) -> None:
     waiting = list(zip(keep["topics"], keep["steps"], keep["stamps"], contents, strict=True))
     facts = {channel.topic: channel.metadata for channel in file.channels.values()}
     found = [(channel.topic, step, stamp, data) for channel, step, stamp, data in entries(file)]
-    if whole := not (file.gaps or file.unknown or file.lost or len(found) < keep["closed"]):
+    if whole := not (file.unknown or file.lost) and file.before_gaps() >= keep["closed"]:
         found = found[: keep["closed"]]
-    else:  # counts are of no use: what is older than the messages that wait, and what of their first step is none of them
+    else:  # counts are of no use
         last, end = keep["last"][0], keep["last"][1] * 1e-9
-        found = [entry for entry in found if entry[1] <= last and entry not in waiting]
+        partial = (log_before := read_log(path)).partial
+        known = set(waiting)
+        found = [entry for entry in found if entry[1] <= last and entry not in known]
+        found = [entry for entry in found if entry[1] not in partial or entry[0] == "/events"]
     for topic, step, stamp, data in (*found, *waiting):
         if not log.opened(topic):
             if topic not in facts:  # with its description, the channel
@@ -165,7 +168,7 @@ def _copy(path: Path, log: LogWriter, keep: dict) -> None:
             log.open(topic, facts[topic])
         log.add(topic, data, stamp, step)
     if not whole:
-        spans = [(after, before) for after, before in read_log(path).lost if after is None or after < end]
+        spans = [(after, before) for after, before in log_before.lost if after is None or after < end]
         log.lose([(after, end if before is None else min(before, end)) for after, before in spans])
 
 

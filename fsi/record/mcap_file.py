@@ -65,6 +65,10 @@ class LogFile:
     damaged: bool = False
     lost: list[tuple[float | None, float | None]] = field(default_factory=list)  # as an earlier log has told, times [s]
 
+    def before_gaps(self) -> int:
+        """Messages up to the first chunk before which others are lost."""
+        return sum(_counts(records).total() for records in self.chunks[: min(self.gaps, default=None)])
+
 
 def sealed(facts: dict[str, str]) -> dict[str, str]:
     """Metadata with a checksum of their own, which MCAP does not have."""
@@ -243,8 +247,7 @@ def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> tupl
     for n, (start, end) in enumerate(places):
         if at != start:
             log.damaged = True
-            if n or _first_step(log.chunks[0]) > 0:
-                log.gaps.append(n)
+            log.gaps.append(n)
         counts = _counts(log.chunks[n]).values()
         found += sum(counts)
         index = sum(9 + 2 + 4 + 16 * count for count in counts)
@@ -293,12 +296,3 @@ def _stated(summary: bytes, otherwise: int) -> int:
             return struct.unpack_from("<Q", summary, at + 9)[0]
         at += 9 + _length(summary, at)
     return otherwise
-
-
-def _first_step(records: bytes) -> int:
-    at = 0
-    while at < len(records):
-        if records[at] == MESSAGE:
-            return MESSAGE_HEAD.unpack_from(records, at)[3]
-        at += 9 + _length(records, at)
-    return 0

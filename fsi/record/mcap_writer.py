@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from fsi.record.files import same_place, write_all
 from fsi.record.mcap_file import ENTRY, LOST, MESSAGE, MESSAGE_HEAD, sealed, tail_of
 from fsi.record.mcap_format import CHUNK_BYTES, SeriesMessage
 
+ENTRY_BYTES = 4096  # of the records of an entry of the tail, or a little more
 KINDS = {"/tf": FrameTransforms, "/events": LogMessage, "/particles": PointCloud}  # topic -> message, else a series
 
 
@@ -48,10 +50,11 @@ class LogWriter:
         self._facts = sealed(facts) if facts else {}
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
+        self._described: dict[str, str] = {}  # topic and facts of each channel by its number
         self._open: list[tuple[str, int, int, bytes]] = []  # messages of the open chunk: topic, step, stamp and content
         self._last = 0, 0  # step and stamp of the last message
         self._shown = 0  # how many of them are in the tail
-        self._tail = None
+        self._tail, self._broken = None, False
         self._file = path.open("wb")
         self._writer = Writer(_Stream(self), chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="spindrift")
@@ -73,17 +76,28 @@ class LogWriter:
             self._schemas[name] = register_schema(self._writer, kind)
         number = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name], facts)
         self._channels[topic] = number
-        self._writer.add_metadata("channels", sealed({str(number): json.dumps([topic, facts])}))
+        self._described[str(number)] = json.dumps([topic, facts])
+        self._writer.add_metadata("channels", sealed({str(number): self._described[str(number)]}))
 
     def add(self, topic: str, data: bytes, stamp: int, step: int) -> None:
         """A message of the time `stamp` [ns]."""
         before = self._file.tell()
-        self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
+        try:
+            self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
+            chunk = self._file.tell() != before  # it was written, with this message as its last
+            if chunk:
+                self._file.flush()
+        except OSError:
+            self._broken = True
+            self._open.append((topic, step, stamp, data))
+            self.count += 1
+            with suppress(OSError):
+                self._show_rest()
+            raise
         self.count, self._last = self.count + 1, (step, stamp)
-        if self._file.tell() == before:
+        if not chunk:
             self._open.append((topic, step, stamp, data))
             return
-        self._file.flush()  # a chunk was written, with this message as its last
         self._open, self._shown = [], 0
         if self._tail:
             self._tail.seek(0)
@@ -97,15 +111,20 @@ class LogWriter:
     def show(self) -> None:
         """Bring all so far into the files, where a reader finds it. OSError where they were taken away."""
         same_place(self.path, os.fstat(self._file.fileno()))
-        if self._shown == len(self._open):
-            return
-        self._file.flush()
-        records = b"".join(self._record(*message) for message in self._open[self._shown :])
-        first = self.count - len(self._open) + self._shown
+        if self._shown < len(self._open):
+            self._file.flush()
+            self._show_rest()
+
+    def _show_rest(self) -> None:
         if self._tail is None:
             self._tail = tail_of(self.path).open("wb", buffering=0)
-        write_all(self._tail, ENTRY.pack(len(records), zlib.crc32(records), first) + records)
-        self._shown = len(self._open)
+        while self._shown < len(self._open):  # in small pieces: of a disk that is nearly full they take what is left
+            records, first = b"", self._shown
+            while self._shown < len(self._open) and len(records) < ENTRY_BYTES:
+                records += self._record(*self._open[self._shown])
+                self._shown += 1
+            head = ENTRY.pack(len(records), zlib.crc32(records), self.count - len(self._open) + first)
+            write_all(self._tail, head + records)
 
     def _record(self, topic: str, step: int, stamp: int, data: bytes) -> bytes:
         return (
@@ -137,14 +156,22 @@ class LogWriter:
             self._file = path.open("ab")
 
     def finish(self) -> None:
-        """Write the summary and close the file."""
+        """Write the summary and close the file. What then stands in it no longer stands in the tail."""
         try:
+            if self._broken:  # what it wrote last has not come down whole: nothing may follow it
+                return
             self._describe()
+            if self._described:
+                self._writer.add_metadata("channels", sealed(self._described))
             self._writer.finish()
             self._file.flush()
             same_place(self.path, os.fstat(self._file.fileno()))
+        except OSError:
+            with suppress(OSError):
+                self._show_rest()
+            raise
         finally:
-            self._file.close()
             if self._tail:
                 self._tail.close()
+            self._file.close()
         tail_of(self.path).unlink(missing_ok=True)
