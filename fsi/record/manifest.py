@@ -7,6 +7,7 @@ import platform
 import socket
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -81,6 +82,7 @@ def overwrite(file: Path, before: dict, facts: dict) -> None:
             stream.write(text.ljust(room))
 
 
+@cache
 def versions() -> dict[str, str]:
     """Of the packages that a run and its logs depend on."""
     found = {"python": platform.python_version()}
