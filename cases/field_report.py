@@ -134,7 +134,7 @@ def call(arguments: Sequence[str], limit: float) -> tuple[int | None, str, float
 def _figures(folder: Path) -> tuple[float, float]:
     """Largest speed over sqrt(g H), and particles lost, in the log of a run; nan where there is none."""
     from fsi.errors import SceneError
-    from fsi.record.run_folder import load_run
+    from fsi.record.dataset import load_run
     from fsi.scene.file import load_scene
     from fsi.scene.geometry import fluid_depth
 

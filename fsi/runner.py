@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from fsi.errors import SceneError
 from fsi.messages import Messages
 from fsi.plugins import function
-from fsi.record.run_folder import RunFolder, load_run
+from fsi.record.dataset import load_run
+from fsi.record.run_folder import RunFolder
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids

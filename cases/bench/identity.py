@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import cases
-from fsi.record.run_folder import load_run
+from fsi.record.dataset import load_run
 
 HERE = Path(cases.__file__).parents[1]
 

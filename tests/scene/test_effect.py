@@ -172,6 +172,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "output.mcap output.timeline": "a stream more or less",
     "control.function control.interval control.settings": "refused without bodies, actuators, or a class that takes them",
     "output.checkpoint": "checkpoints more or less often",
+    "output.on_failure": "decides when a log fails",
     "alarms.lost_particles alarms.energy": "when a run fails",
     "bodies.*.dry_inside": "water inside an open body or none",
 }
