@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.trust import check_bytes
 
 MOST_BYTES = 2e8  # of a table's text; 10 million rows
 
@@ -21,8 +22,7 @@ def read_table(file: Path, columns: Sequence[str], least: int) -> np.ndarray:
     """
     fix = f"give {' and '.join(columns)} in comma-separated columns under one header line, sorted by {columns[0]}"
     try:
-        if (size := file.stat().st_size) > MOST_BYTES:
-            raise SceneError(f"{size / 1e6:.0f} MB of table", file=file, fix=f"give at most {MOST_BYTES / 1e6:.0f} MB")
+        check_bytes(file, MOST_BYTES, "give fewer rows")
         text = file.read_text(encoding="utf-8-sig")
     except OSError as fault:
         raise SceneError(f"cannot be read: {fault.strerror}", file=file, fix=fix) from None
