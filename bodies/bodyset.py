@@ -12,7 +12,7 @@ from bodies.assets import assets
 from bodies.conditions import conditions
 from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
-from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.mjcf import GEOM, for_looks, load_model, moves, name_of, wet_geoms
 from bodies.moorings import moorings_of
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
@@ -53,6 +53,7 @@ class BodySet:
         start_from_keyframes(self.model, self.data, starts)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
+        notes += (looks := for_looks(model, scene.bodies, geoms)).values()
         sizes.check_model(model, geoms, scene, source)
         self._scene = scene
         self._bodies = self.ids = np.array(
@@ -84,7 +85,7 @@ class BodySet:
             notes += self._start_at_rest(scene)
             self._solids, labels, said = self._make_solids(geoms, weighed)
         notes += said
-        notes += checks.check_inside(self._solids, labels, self.names, scene, source)
+        notes += checks.check_inside(self._solids, labels, self.names, scene, source, looks)
         self._gaps = self._make_gaps(scene, geoms, source)
         self._insides: dict[int, list[Held]] = {}  # body -> its inside, where it starts dry
         self._held, said = self._make_held(scene)
