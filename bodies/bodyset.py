@@ -75,6 +75,7 @@ class BodySet:
         self.files = tuple(file for one in scene.bodies.values() for file in assets(one.mjcf))
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         self._moorings = self._stepper.moorings = moorings_of(model, self.data, scene, source)
+        notes += self._moorings.slack(self.data) if self._moorings else []
         self.mooring_names = self._moorings.names if self._moorings else ()
         sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
