@@ -128,7 +128,7 @@ def answer(name: str, file: Path, settings: Sequence[str], until: float | None, 
         got, data = Answer(name, code, _line(text, expected), seconds), None
         if code == 0 and end > 0 and "scene" not in _read(file):
             out = Path(scratch, "run")
-            short = ["--until", repr(end), "--quiet", "--trust", "--set", "output.timeline=false"]
+            short = ["--until", repr(end), "--quiet", "--trust", "--threads", "1", "--set", "output.timeline=false"]
             ended, why, _ = call(["run", str(file), *sets, *short, "--out", str(out)], RUNS * limit)
             why = _line(why, None)
             got.run = {0: "done", 1: f"failed: {why}", None: "no end in time"}.get(ended, f"refused: {why}")
