@@ -16,6 +16,7 @@ from bodies.mjcf import GEOM, for_looks, load_model, moves, name_of, wet_geoms
 from bodies.moorings import moorings_of
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
+from bodies.settings import check_settings
 from bodies.shapes.gap import Gap, between
 from bodies.shapes.primitives import Placed
 from bodies.stepper import Stepper
@@ -59,6 +60,7 @@ class BodySet:
         self._bodies = self.ids = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )
+        notes += check_settings(model, self.data, self._bodies, scene, source)
         checks.check_driven(model, geoms, source)
         self.names = tuple(name_of(model, BODY, b) for b in self._bodies)
         self._dry = np.array([b for b in range(model.nbody) if moves(model, b) and b not in self._bodies], int)

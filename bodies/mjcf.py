@@ -47,7 +47,11 @@ def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
     path = ", ".join(str(file.mjcf) for file in files.values())
     for key, file in files.items():
         part = reading.read(file, gravity, f"bodies.{key}.mjcf", source, notes)
-        if several or any(one.name == "start" for one in part.keys):
+        named = [one.name for one in part.keys]
+        if named and "start" not in named:
+            other = f"keyframe {named[0]!r} has no effect"
+            notes.append(f"{file.mjcf.name}: {other}: bodies start from one called 'start', or else as drawn")
+        if several or "start" in named:
             alone[key] = _compile(part, file.mjcf)
             starts[f"{key}/" if several else ""] = Start(alone[key], file.position)
         reading.settle(part, file)
@@ -100,7 +104,7 @@ def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: obje
         if not model.tuple_size[index]:
             raise _dry(model, [], prefix, key, file, source)
         geoms += model.tuple_objid[members].tolist()
-    return geoms
+    return list(dict.fromkeys(geoms))
 
 
 def for_looks(model: mujoco.MjModel, files: Mapping[str, BodyFile], geoms: Sequence[int]) -> dict[str, str]:

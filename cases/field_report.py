@@ -117,7 +117,7 @@ def _read(file: Path) -> dict:
 def answer(name: str, file: Path, settings: Sequence[str], until: float | None, limit: float) -> Answer:
     """Check one input and run it as far as is expected of it, `until` [s] at most."""
     expected = EXPECTED.get(name)
-    wanted = min(_read(file).get("duration", UNTIL), expected.until if expected else UNTIL)
+    wanted = expected.until if expected else min(_read(file).get("duration", UNTIL), UNTIL)
     end = wanted if until is None else min(wanted, until)
     sets = [word for setting in settings for word in ("--set", setting)]
     with tempfile.TemporaryDirectory() as scratch:
