@@ -11,7 +11,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsi.errors import RunError, SceneError, short
-from fsi.extras import require
+from fsi.extras import require, version_of
 from fsi.record.files import FULL, Claim, new_file, write_text
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
@@ -407,11 +406,7 @@ def _holds_run(path: Path) -> bool:
 
 def _circumstances() -> dict:
     versions = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            continue
+    versions |= {package: number for package in PACKAGES if (number := version_of(package))}
     machine = {
         "system": platform.platform(),
         "processor": _processor(),

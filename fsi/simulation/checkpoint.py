@@ -14,7 +14,6 @@ import os
 import struct
 import time as clock
 from collections.abc import Callable, Iterator
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
@@ -22,6 +21,7 @@ from threading import Thread
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.extras import version_of
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
@@ -138,12 +138,7 @@ def _unpacked(tree, arrays: dict[int, np.ndarray]):
 
 def circumstances(scene: Scene) -> dict:
     """What a state depends on besides itself: the scene, and the packages that compute."""
-    versions = {}
-    for package in PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            continue
+    versions = {package: number for package in PACKAGES if (number := version_of(package))}
     return {"scene": resolved_toml(scene), "versions": versions}
 
 
