@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from fsi.errors import SceneError
+from fsi.extras import installed
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
 from fsi.scene.model import ACCURACY, GRIDS, LinearPto, Numerics, Output, Scene, presets
@@ -265,3 +266,11 @@ def _meets(scene: Scene, solid: Solid) -> bool:
     return bool(
         ((points > np.array(scene.tank.min) - margin) & (points < np.array(scene.tank.max) + margin)).all(1).any()
     )
+
+
+def no_timeline(scene: Scene) -> list[str]:
+    """A warning where a scene would have a timeline if its package were installed."""
+    if not scene.output.timeline or installed("rerun"):
+        return []
+    fix = "install it with: pip install 'spindrift[viewer]', or set output.timeline = false"
+    return [f"output.timeline: no timeline and no pictures, the package 'rerun' is not installed; {fix}"]
