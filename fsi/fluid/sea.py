@@ -1,8 +1,8 @@
 """The open sea around a box of fluid: walls that move as the water of the incident waves does, and zones along the sides of
 the box in which the water is drawn to these waves, so that what bodies send out leaves.
 
-In a zone du/dt = rate s^1.25 (u_waves - u), with s from 0 at its inner edge to 1 at the wall (forcing zones: Peric &
-Abdel-Maksoud 2018; in SPH: Altomare et al. 2018; the power and the rate: docs/guide/waves.md). It acts on the velocities
+In a zone du/dt = rate s (u_waves - u), with s from 0 at its inner edge to 1 at the wall (forcing zones: Peric &
+Abdel-Maksoud 2018; in SPH: Altomare et al. 2018; the rate: docs/guide/waves.md). It acts on the velocities
 before the pressure is solved, which then keeps the water incompressible; the surface follows.
 """
 
@@ -158,7 +158,7 @@ def relax(
                                 for d in range(sides):
                                     wanted[d] += u * frame[e, d]
             depth = min(into, 1.0)
-            share = 1 - math.exp(-strength * depth * math.sqrt(math.sqrt(depth)))
+            share = 1 - math.exp(-strength * depth)
             gained = 0.0
             for d in range(sides + 1):
                 change = share * (wanted[d] - velocity[i, d])

@@ -17,7 +17,7 @@ from fsi.waves import Motion, piston
 from fsi.waves.incident import IncidentWaves
 from fsi.waves.kind import Water
 
-ZONE_RATE, ZONE_POWER = 1.6, 1.25  # of the zones of a sea: rate over omega, how it grows (docs/guide/waves.md)
+ZONE_RATE, ZONE_POWER = 1.45, 1.0  # of the zones of a sea: rate over omega, how it grows (docs/guide/waves.md)
 ALONG = 1e-6  # sine of the angle within which waves run along a wall
 EXCURSION = 1.3  # excursion of walls over that of the water at still water level: crests, and the second order
 

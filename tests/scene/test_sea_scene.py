@@ -80,7 +80,7 @@ def test_a_sea_of_two_lengths_says_nothing_but_its_figures(scene_file, tmp_path)
     assert scene_warnings(scene) == []
     figures, kind, box, flume = sea_summary(scene)
     assert "kd 1.36" in figures and "5.0 spacings high" in figures
-    assert "under waves from the first step" in kind and "zones of 1.16 m, 0.50 wave lengths, at 1.6 omega" in box
+    assert "under waves from the first step" in kind and "zones of 1.16 m, 0.50 wave lengths, at 1.4 omega" in box
     assert "times as long" in flume
     again = tmp_path / "again.toml"
     again.write_text(resolved_toml(scene))
