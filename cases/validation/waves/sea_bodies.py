@@ -94,13 +94,9 @@ class Late(Measure):
         self.water, self.waves = self.find(sim), incident_waves(sim.scene)
         self.interval = self.water.period / 24
         self.time, self.rows = [], []
-        self.at(sim)
 
     def find(self, sim: Simulation) -> Water:
         raise NotImplementedError
-
-    def at(self, sim: Simulation) -> None:
-        """Prepare what `row` needs."""
 
     def row(self, sim: Simulation) -> list[float]:
         raise NotImplementedError
@@ -120,13 +116,10 @@ class Post(Late):
     def find(self, sim: Simulation) -> Water:
         return CYLINDERS[sim.scene.name]
 
-    def at(self, sim: Simulation) -> None:
-        place = sim.fluid.solids.position[: sim.fluid.solids.count]
-        self._held = np.hypot(place[:, 0], place[:, 1]) < RADIUS
-
     def row(self, sim: Simulation) -> list[float]:
         solids, fluid, dr = sim.fluid.solids, sim.fluid, sim.scene.spacing
-        solids.count_only(self._held)
+        place = solids.position[: solids.count]
+        solids.count_only(np.hypot(place[:, 0], place[:, 1]) < RADIUS)
         force = float(fluid.wrench(walls=True)[0, 0])
         solids.count_only(np.ones(solids.count, bool))
         foot = np.array([-RADIUS - 0.5 * dr, 0.0])
