@@ -20,7 +20,6 @@ from fsi.owners import PISTON
 from fsi.particles.state import BoundaryState, ParticleState
 from fsi.scene.geometry import incident_waves, sea_sides, sea_zone
 from fsi.scene.model import Scene
-from fsi.sph import columns
 from fsi.waves.incident import Paddle, Table
 
 NODES = 12  # of the table over the length of the shortest wave that counts
@@ -100,8 +99,8 @@ class Sea:
 
     def work(self, fluid) -> None:
         """Find the power of the walls under the final pressure of a step."""
-        solids, field = fluid.solids, fluid.work.field
-        force = solids.felt(field, columns.field(fluid.dim).p, fluid.work.flow).sum(0)
+        solids = fluid.solids
+        force = fluid.felt().sum(0)
         moving = solids.owner[: solids.count] == PISTON
         speed = solids.velocity[: solids.count][moving] + 0.5 * fluid.dt * solids.bent[moving]
         speed[:, -1] = 0.0  # they stay at their height
