@@ -20,15 +20,12 @@ from fsi.owners import PISTON
 from fsi.particles.state import BoundaryState, ParticleState
 from fsi.scene.geometry import incident_waves, sea_sides, sea_zone
 from fsi.scene.model import Scene
-from fsi.sph import columns
 from fsi.waves.incident import XI, ZETA, Paddle, Table
 
 NODES = 12  # of the table over the length of the shortest wave that counts, of one direction
 SPREAD_NODES = 8  # the same of many
 COUNTS = 0.01  # velocity from which on a component does, over the largest
-COUNTED = (
-    2.0**40
-)  # parts of 1 m/s and of 1 m2/s2 in which gains are counted: millions of particles have room for several
+COUNTED = 2.0**40  # parts of 1 m/s and 1 m2/s2 in which gains are counted: millions of particles have room for several
 ABOVE = 1.3  # crests up to which the theory is asked [crest]; higher up it goes on as it is there
 
 
@@ -109,8 +106,8 @@ class Sea:
 
     def work(self, fluid) -> None:
         """Find the power of the walls under the final pressure of a step."""
-        solids, field = fluid.solids, fluid.work.field
-        force = solids.felt(field, columns.field(fluid.dim).p, fluid.work.flow).sum(0)
+        solids = fluid.solids
+        force = fluid.felt().sum(0)
         moving = solids.owner[: solids.count] == PISTON
         speed = solids.velocity[: solids.count][moving] + 0.5 * fluid.dt * solids.bent[moving]
         speed[:, -1] = 0.0  # they stay at their height

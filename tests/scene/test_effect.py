@@ -108,6 +108,7 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "numerics.smagorinsky": ("numerics.smagorinsky", "0.2", {}, "turbulence"),
     "numerics.artificial_viscosity": ("numerics.artificial_viscosity", "0.1", WEIGHTLESS, "speed of sound"),
     "numerics.shifting": ("numerics.shifting", "0.0", {}, "free surface"),
+    "numerics.standing_pressure": ("numerics.standing_pressure", "apart", WEIGHTLESS, "gravity"),
     "numerics.wall_guard": ("numerics.wall_guard", "0.5", BLOCK | OPEN, "no wall"),
     "numerics.mach": ("numerics.mach", "0.1", WEIGHTLESS, "gravity"),
     "numerics.courant": ("numerics.courant", "0.1", FIXED, "fixed_time_step"),
