@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from types import ModuleType
 
 import numpy as np
@@ -44,3 +46,16 @@ class _NoPandas:
     def find_spec(name: str, path: object = None, target: object = None) -> None:
         if name == "pandas":
             raise ModuleNotFoundError("not now", name="pandas")
+
+
+def installed(module: str) -> bool:
+    """Whether an optional package is there; it is not imported."""
+    return find_spec(module) is not None
+
+
+def version_of(package: str) -> str | None:
+    """The version of a package, None where it is not there; MuJoCo's computing part can be there without its viewer."""
+    try:
+        return version("mujoco-core" if package == "mujoco" else package)
+    except PackageNotFoundError:
+        return None
