@@ -72,6 +72,14 @@ def validate(
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A trial on tiny sizes, whose figures mean nothing.")] = False,
     large: Annotated[bool, typer.Option("--large", help="Also sizes of up to 20 million particles.")] = False,
+    only_users: Annotated[
+        bool,
+        typer.Option("--users", help="Only what users run and the time to equal error; replaces both in the report."),
+    ] = False,
+    against: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Another checkout, the state before, stepped in turns with this one."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The report; BENCHMARK.md if not given, none with --quick.")
     ] = None,
@@ -91,7 +99,7 @@ def bench(
         rows = cost_of_ranks(ranks, scene, tuple(settings or ()))
         print(dumps(rows) if as_json else "\n".join(lines(rows)))
         return
-    result = runner.bench(quick=quick, large=large, out=out, quiet=quiet)
+    result = runner.bench(quick=quick, large=large, only_users=only_users, against=against, out=out, quiet=quiet)
     if as_json:
         print(dumps(result.result))
         return

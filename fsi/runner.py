@@ -244,9 +244,18 @@ def validate(
         return function("validate")(tuple(names), levels=tuple(levels), solvers=tuple(solvers), **options)
 
 
-def bench(*, quick: bool = False, large: bool = False, out: str | Path | None = None, quiet: bool = False) -> Any:
+def bench(
+    *,
+    quick: bool = False,
+    large: bool = False,
+    only_users: bool = False,
+    against: str | Path | None = None,
+    out: str | Path | None = None,
+    quiet: bool = False,
+) -> Any:
     """Measure the speed, the memory and the limits of this machine and write BENCHMARK.md; see `cases.bench.run.bench`."""
-    return function("bench")(quick=quick, large=large, out=out, say=Messages(quiet))
+    options = {"only_users": only_users, "against": against}
+    return function("bench")(quick=quick, large=large, out=out, say=Messages(quiet), **options)
 
 
 def sweep(study: Any, **options: Any) -> Any:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from cases.bench.block import PHASES
 from cases.bench.targets import NEIGHBOURS, yardsticks
+from cases.bench.users import PHASES as PHASES_OF_USERS
 from fsi.fluid.fluid import MEMORY
 
 HEAD = """# Benchmark
@@ -68,7 +70,10 @@ KIND = {"case": text("case"), "precision": text("precision"), "sweeps": text("sw
 
 def tables(result: dict) -> list[Table]:
     """Every table of the report that has rows."""
+    if "targets" not in result:
+        return [one for one in _users(result) if one.cells]
     made = [
+        *_users(result),
         *_verdicts(result["targets"]),
         *_speed(result),
         *_limits(result),
@@ -78,6 +83,41 @@ def tables(result: dict) -> list[Table]:
         _yardsticks(yardsticks(result["speed"])),
     ]
     return [one for one in made if one.cells]
+
+
+def _users(result: dict) -> list[Table]:
+    scenes = {
+        "scene": text("scene"), "checkout": text("checkout"), "fluid": text("fluid"), "boundary": text("boundary"),
+        "processor s per simulated s": number("processor_s"), "wall s": number("wall_s"),
+        "ms a step": number("ms_per_step"), "ns per fluid particle and step": number("ns_per_particle", ".0f"),
+        **{f"{phase} [%]": _share(phase) for phase in PHASES_OF_USERS},
+        "B per fluid particle": number("bytes_per_fluid_particle", ".0f"), "start [s]": number("start_s", ".2f"),
+        "times as fast": number("times_as_fast", ".2f"),
+    }  # fmt: skip
+    errors = {
+        "case": text("case"), "spacing [mm]": number("spacing", ".3g", 1e3), "error [%]": number("error", ".2g", 100),
+        "steps": text("steps"), "processor s": number("processor_s"), "DualSPHysics 5.4": text("peer"),
+        "its error [%]": number("peer_error", ".3g", 100), "its processor s": number("peer_s"),
+        "its time over ours": number("times_less", ".0f"),
+    }  # fmt: skip
+    note = (
+        "Built-in scenes as they stand, with bodies and default logging, on one thread, soon after the start; phases are"
+        " shares of wall time. `start`: processor time of a process to the end of its first step, with compiled code on disk. `against`:"
+        " the state before, stepped in turns with this one."
+    )
+    other = (
+        "Whole runs on one thread, without starting and compiling, and the other code's best run: the last column stands where"
+        " our error is no larger. Its figures were measured on such a machine while it was busy: trust factors, not digits."
+    )
+    brief = ("scene", "checkout", "processor s per simulated s", "ms a step", "B per fluid particle", "start [s]")
+    return [
+        table("What users run", note, scenes, result.get("users", []), brief),
+        table("Time to equal error", other, errors, result.get("equal_error", [])),
+    ]
+
+
+def _share(phase: str) -> Format:
+    return lambda row: f"{100 * row['shares'].get(phase, 0.0):.0f}"
 
 
 def _verdicts(rows: list[dict]) -> list[Table]:
@@ -242,6 +282,28 @@ def markdown(result: dict) -> str:
     facts = result["machine"]
     lines = [f"- {name.replace('_', ' ')}: {value}" for name, value in facts.items()]
     return "\n".join([HEAD, *lines, "", *(one.markdown() for one in tables(result))])
+
+
+def led_by(report: Path, result: dict) -> str:
+    """The text of a report whose first two tables are replaced by those of users, with the facts on the machine at the time."""
+    facts = "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in result["machine"].items())
+    made = [one.markdown() for one in _users(result) if one.cells]
+    made[0] = made[0].replace("\n\n", f"\n\nMeasured on their own: {facts}.\n\n", 1)
+    rest = report.read_text(encoding="utf-8") if report.is_file() else HEAD
+    for one in _users(result):
+        rest = _without(rest, f"## {one.title}\n")
+    first = rest.find("\n## ")
+    before, after = (rest, "") if first < 0 else (rest[: first + 1], rest[first + 1 :])
+    return "\n".join([before, *made, after])
+
+
+def _without(text: str, head: str) -> str:
+    """A text without the section of that head."""
+    start = text.find(head)
+    if start < 0:
+        return text
+    end = text.find("\n## ", start)
+    return text[:start] + (text[end + 1 :] if end > 0 else "")
 
 
 def kernel_table(rows: list[dict]) -> Table:

@@ -16,13 +16,15 @@ from cases.bench import speed
 from cases.bench.ablation import ablation
 from cases.bench.child import start_up
 from cases.bench.determinism import determinism
+from cases.bench.equal_error import TRIALS, equal_error
 from cases.bench.flume import flap_cost
 from cases.bench.kernels import kernel_costs
 from cases.bench.limits import limits
 from cases.bench.memory import memory
-from cases.bench.report import markdown, tables
+from cases.bench.report import led_by, markdown, tables
 from cases.bench.targets import verdicts
 from cases.bench.unordered import cost_of_order
+from cases.bench.users import SCENES, users
 from fsi.compute.team import available_threads
 from fsi.errors import SceneError
 from fsi.extras import require
@@ -48,12 +50,15 @@ class Plan:
     kernels: tuple[str, ...]  # the trials of `cases.bench.kernels`
     peak: float  # seconds of a measurement of a limit
     megabytes: int  # of an array of the triad
+    scenes: tuple[str, ...] = ()  # that users run
+    errors: tuple[str, ...] = ()  # the trials of `cases.bench.equal_error`
 
 
 FULL = Plan(
     {"2D 80k": (2, 80_000), "3D 300k": (3, 300_000), "3D 1M": (3, 1_000_000)}, rounds=3, visit=0.3,
     flat=((10_000, 30_000, 100_000, 300_000, 1_000_000),), still=300_000, spacing=0.02, steps=120, fresh=True,
-    judged=True, check=30_000, kernels=("flap", "floating_box", "sand_column"), peak=0.1, megabytes=256,
+    judged=True, check=30_000, kernels=("flap", "floating_box", "sand_column"), peak=0.1, megabytes=256, scenes=SCENES,
+    errors=tuple(TRIALS),
 )  # fmt: skip
 QUICK = Plan(
     {"3D 3k": (3, 3_000)}, rounds=1, visit=0.05, flat=((1_000, 8_000),), still=1_000, spacing=0.05, steps=4, fresh=False,
@@ -78,12 +83,16 @@ def bench(
     *,
     quick: bool = False,
     large: bool = False,
+    only_users: bool = False,
+    against: str | Path | None = None,
     out: str | Path | None = None,
     say: Callable[[str], None] = lambda line: None,
 ) -> Bench:
     """Measure everything and write the report to `out`; without it to BENCHMARK.md in the root of the project, or in the
     working directory where the project is installed without its sources. `quick` is a trial on tiny sizes, whose figures
     mean nothing: it is written only where `out` says so. `large` adds sizes of up to 2e7 particles.
+    `only_users` leaves it at what users run and at the time to equal error, and replaces those two in the report; `against` is
+    another checkout, whose scenes are stepped in turns with those of this one.
 
     Raises SceneError where the report cannot be written."""
     for package in ("mujoco", "trimesh"):
@@ -91,11 +100,14 @@ def bench(
     require("rerun", "viewer", "fsi bench")
     plan = QUICK if quick else FULL
     plan = replace(plan, flat=plan.flat + LARGE) if large else plan
-    result = run_plan(plan, available_threads(), say)
+    if only_users:
+        result = {"machine": machine(1)} | _of_users(plan, against, say)
+    else:
+        result = run_plan(plan, available_threads(), say, against)
     report = Path(out).expanduser() if out else None if quick else _default_report()
     if report:
         try:
-            report.write_text(markdown(result), encoding="utf-8")
+            report.write_text(led_by(report, result) if only_users else markdown(result), encoding="utf-8")
         except OSError as fault:
             raise SceneError(
                 f"{report} cannot be written: {fault.strerror}", key="--out", fix="choose another"
@@ -103,9 +115,17 @@ def bench(
     return Bench(result, report)
 
 
-def run_plan(plan: Plan, threads: int, say: Callable[[str], None]) -> dict:
+def _of_users(plan: Plan, against: str | Path | None, say: Callable[[str], None]) -> dict:
+    """What users run, and the time to equal error."""
+    say("what users run ...")
+    rows = users(plan.scenes, plan.rounds, 2.0, Path(against) if against else None)
+    say("time to equal error ...")
+    return {"users": rows, "equal_error": equal_error({name: TRIALS[name] for name in plan.errors})}
+
+
+def run_plan(plan: Plan, threads: int, say: Callable[[str], None], against: str | Path | None = None) -> dict:
     """All results of a plan, as plain rows by section."""
-    result = {"machine": machine(threads)}
+    result = {"machine": machine(threads)} | _of_users(plan, against, say)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         say("limits of the machine ...")
