@@ -102,8 +102,8 @@ def _users(result: dict) -> list[Table]:
     }  # fmt: skip
     note = (
         "Built-in scenes as they stand, with bodies and default logging, on one thread, soon after the start; phases are shares"
-        " of wall time. `start`: processor time of a process to the end of its first step, compiled code on disk. `against`: the"
-        " state before, stepped in turns with this one."
+        " of wall time. `start`: processor time of a process to the end of its first step, compiled code on disk. `against`:"
+        " the state before, stepped in turns with this one."
     )
     other = (
         "Whole runs on one thread, without starting and compiling, and the other code's best run: the last column stands where"
