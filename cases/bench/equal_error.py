@@ -49,27 +49,27 @@ TRIALS = {
 }  # fmt: skip
 
 
-def equal_error(trials: dict[str, Trial], shorter: float = 1.0) -> list[dict]:
+def equal_error(trials: dict[str, Trial]) -> list[dict]:
     """One row a spacing: error, steps and processor time [s] here, and the other code's best error with its time;
     `times_less` is its time over ours, where our error is no larger."""
     rows = []
     for name, trial in trials.items():
         setup, error, seconds = min(trial.peer, key=lambda run: abs(run[1]))
         for spacing in trial.spacings:
-            row = {"case": name, "spacing": spacing} | timed(trial, spacing, shorter)
+            row = {"case": name, "spacing": spacing} | timed(trial, spacing)
             row |= {"peer": setup, "peer_error": error, "peer_s": seconds}
-            better = math.isfinite(row["error"]) and abs(row["error"]) <= abs(error)
+            better = row["error"] is not None and abs(row["error"]) <= abs(error)
             rows.append(row | {"times_less": seconds / row["processor_s"] if better else None})
     return rows
 
 
-def timed(trial: Trial, spacing: float, shorter: float = 1.0) -> dict:
-    """Error, steps and processor time [s] of a case at a spacing on one thread, after the first step; `shorter`: of its
-    duration, for a trial of the benchmark."""
+def timed(trial: Trial, spacing: float) -> dict:
+    """Error (None where the run failed), steps and processor time [s] of a case at a spacing on one thread, after the first
+    step."""
     case = load(trial.case)
     with tempfile.TemporaryDirectory() as folder:
         data = case.scene(trial.made or spacing, Path(folder)) | {"name": case.name, "spacing": spacing}
-        scene = Scene.model_validate(data | {"duration": shorter * data["duration"]}, context={"folder": Path(folder)})
+        scene = Scene.model_validate(data, context={"folder": Path(folder)})
         bodies, coupler, ground = bind(scene, case.name)
         sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=1)
     measure, spent, began = case.measure(sim), 0.0, None
@@ -82,9 +82,9 @@ def timed(trial: Trial, spacing: float, shorter: float = 1.0) -> dict:
 
     try:
         sim.run(on_step=watch)
-        error = measure.errors()[trial.error] if shorter == 1.0 else math.nan
+        error = measure.errors()[trial.error]
     except RunError:
         error = math.nan
     finally:
         sim.team.close()
-    return {"error": float(error), "steps": sim.step_count, "processor_s": spent}
+    return {"error": float(error) if math.isfinite(error) else None, "steps": sim.step_count, "processor_s": spent}

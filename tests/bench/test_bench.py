@@ -10,7 +10,7 @@ from fsi.command import app
 
 SECTIONS = {
     "machine", "limits", "speed", "phases", "ratios", "roofline", "flatness", "memory", "determinism", "order", "flap",
-    "ablation", "kernels", "start", "targets",
+    "ablation", "kernels", "start", "targets", "users", "equal_error",
 }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from cases.bench import child, flume, limits, report, roofline, targets
 from cases.bench.block import PHASES, Block, measure
 from cases.bench.pairs import pair_counts
 from cases.bench.speed import phase_shares, ratios, speed
+from cases.bench.users import facts
 from fsi.errors import RunError
 from fsi.fluid.fluid import MEMORY
 from fsi.sph import terms
@@ -270,3 +271,34 @@ def test_the_child_tells_what_it_imported(tmp_path, monkeypatch, capsys):
 def test_a_child_that_fails_is_an_error(tmp_path):
     with pytest.raises(RunError, match="no_such_module"):
         child._python("fsi.no_such_module", cache=tmp_path)
+
+
+START = {"counts": {"fluid": 100, "wall": 40, "body": 10}, "memory_bytes": 30_000, "start_s": 1.5}
+VISITS = [
+    {"steps": 4, "simulated": 0.02, "processor": p, "wall": 0.2, "phases": {"pressure": 0.12, "predictor": 0.04}}
+    for p in (0.1, 0.3, 0.2)
+]
+
+
+def test_figures_of_what_users_run():
+    found = facts(START, VISITS)
+    assert (found["fluid"], found["boundary"], found["bytes_per_fluid_particle"]) == (100, 50, 300)
+    assert found["processor_s"] == pytest.approx(0.2 / 0.02)
+    assert found["ns_per_particle"] == pytest.approx(1e9 * 0.2 / 4 / 100)
+    assert found["shares"] == pytest.approx({"predictor": 0.25, "pressure": 0.75})
+
+
+def test_what_users_run_leads_a_report_that_is_there(tmp_path):
+    file = tmp_path / "BENCHMARK.md"
+    file.write_text(report.HEAD + "\n- date: then\n\n## Targets\n\nOld.\n")
+    error = {"case": "dam", "spacing": 0.05, "error": 0.01, "steps": 9, "processor_s": 1.0}
+    error |= {"peer": "a / 20", "peer_error": 0.016, "peer_s": 11.6, "times_less": 11.6}
+    result = {"machine": {"date": "now"}, "users": [{"scene": "flap", "checkout": "here"} | facts(START, VISITS)]}
+    for _ in range(2):  # again over its own
+        file.write_text(report.led_by(file, result | {"equal_error": [error]}))
+    text = file.read_text()
+    places = [
+        text.index(head) for head in ("- date: then", "## What users run", "## Time to equal error", "## Targets")
+    ]
+    assert places == sorted(places) and text.count("## What users run") == 1 and text.endswith("Old.\n")
+    assert "date: now" in text
