@@ -209,7 +209,7 @@ def _ended(child: int, until: float) -> int | None:
 def _figures(folder: Path) -> tuple[Dataset | None, float, float]:
     """The log of a run, None where there is none; largest speed at its end over sqrt(g H), and particles lost."""
     from fsi.errors import SceneError
-    from fsi.record.run_folder import load_run
+    from fsi.record.dataset import load_run
     from fsi.scene.file import load_scene
     from fsi.scene.geometry import fluid_depth
 

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from fsi.errors import SceneError
 from fsi.messages import Messages
 from fsi.plugins import function
-from fsi.record.run_folder import RunFolder, load_run
+from fsi.record.dataset import load_run
+from fsi.record.run_folder import RunFolder
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
-from fsi.scene.check_effect import idle_solids
+from fsi.scene.check_effect import idle_solids, no_timeline
 from fsi.scene.check_floating import afloat, narrow
 from fsi.scene.file import load_scene, namesakes, scene_folder
 from fsi.scene.model import Scene
@@ -279,7 +280,7 @@ def _outside(scene: Scene, source: Scene | str | Path, bodies) -> list[str]:
 def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
     """What is allowed and likely not meant. Raises SceneError where a whole bathymetry lies beside the tank."""
     try:
-        return scene_warnings(scene) + idle_solids(scene, bodies, ground)
+        return scene_warnings(scene) + idle_solids(scene, bodies, ground) + no_timeline(scene)
     except SceneError as error:
         raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None
 

@@ -82,10 +82,11 @@ def recording_of(directory: Path) -> Path:
 
     recording = directory / "run.rrd"
     if not recording.is_file():
-        from fsi.record.run_folder import read_manifest
+        from fsi.record.manifest import read_manifest
 
         read_manifest(directory)
-        raise SceneError(f"{directory} has no timeline", fix="run the scene with output.timeline = true")
+        fix = "run the scene with output.timeline = true, and with rerun installed: pip install 'spindrift[viewer]'"
+        raise SceneError(f"{directory} has no timeline", fix=fix)
     if (log := directory / "run.mcap").is_file() and not has_frames(log):
         fix = "see run.json for how it ended"
         raise SceneError(f"{directory} holds a run without a single frame", fix=fix)
@@ -93,8 +94,8 @@ def recording_of(directory: Path) -> Path:
 
 
 def _with_layers(recording: Path) -> list[str]:
-    """A recording, and the layers that were made of it later (`fsi export --to surface`)."""
-    layers = [recording.with_name("surface.rrd")]
+    """A recording, what waits to be part of it, and the layers that were made of it later (`fsi export --to surface`)."""
+    layers = [recording.with_name(f"{recording.name}.tail"), recording.with_name("surface.rrd")]
     return [str(recording), *(str(layer) for layer in layers if layer.is_file())]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from fsi.errors import SceneError
+from fsi.extras import installed
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
 from fsi.scene.model import ACCURACY, GRIDS, LinearPto, Numerics, Output, Scene, presets
@@ -68,6 +69,14 @@ def _mach(scene: Scene, numerics) -> str:
     if numerics.solver == "iisph" and not (numerics.artificial_viscosity or numerics.wall_friction):
         return "for 'iisph' it sets the speed of sound of artificial viscosity and wall friction, and both are 0"
     return _fixed_step(scene, numerics) if numerics.artificial_viscosity == 0 else ""
+
+
+def _standing_pressure(scene: Scene, numerics) -> str:
+    if numerics.solver == "iisph":
+        return "'iisph' has its own sum over pairs"
+    if scene.liquids:
+        return "between liquids every pressure acts in pairs"
+    return "" if scene.gravity or scene.fluid.acceleration else "without gravity no pressure stands"
 
 
 def _fixed_step(scene: Scene, numerics) -> str:
@@ -185,6 +194,7 @@ IDLE: dict[str, Condition] = {
     "numerics.shifting": lambda scene, numerics: (
         numerics.shifting == 0 and not scene.closed and "it is off beside a free surface anyway"
     ),
+    "numerics.standing_pressure": _standing_pressure,
     "numerics.wall_guard": lambda scene, numerics: _no_solids(scene) and "there is no wall and no body",
     "numerics.mach": _mach,
     "numerics.density_relaxation": lambda scene, numerics: (
@@ -265,3 +275,11 @@ def _meets(scene: Scene, solid: Solid) -> bool:
     return bool(
         ((points > np.array(scene.tank.min) - margin) & (points < np.array(scene.tank.max) + margin)).all(1).any()
     )
+
+
+def no_timeline(scene: Scene) -> list[str]:
+    """A warning where a scene would have a timeline if its package were installed."""
+    if not scene.output.timeline or installed("rerun"):
+        return []
+    fix = "install it with: pip install 'spindrift[viewer]', or set output.timeline = false"
+    return [f"output.timeline: no timeline and no pictures, the package 'rerun' is not installed; {fix}"]

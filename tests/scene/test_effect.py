@@ -108,6 +108,7 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "numerics.smagorinsky": ("numerics.smagorinsky", "0.2", {}, "turbulence"),
     "numerics.artificial_viscosity": ("numerics.artificial_viscosity", "0.1", WEIGHTLESS, "speed of sound"),
     "numerics.shifting": ("numerics.shifting", "0.0", {}, "free surface"),
+    "numerics.standing_pressure": ("numerics.standing_pressure", "apart", WEIGHTLESS, "gravity"),
     "numerics.wall_guard": ("numerics.wall_guard", "0.5", BLOCK | OPEN, "no wall"),
     "numerics.mach": ("numerics.mach", "0.1", WEIGHTLESS, "gravity"),
     "numerics.courant": ("numerics.courant", "0.1", FIXED, "fixed_time_step"),
@@ -155,6 +156,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "waves.distance waves.delay waves.lowest waves.format waves.scale waves.terms": "the piston's path",
     "waves.crest waves.place": "the piston's path",
     "sea.heading sea.zone sea.rate sea.start": "walls and zones",
+    "sea.spreading sea.order": "of a sum of waves; refused for one wave",
     "sea.waves.*": "those of `waves`, for the incident waves; kinds that a piston alone makes are refused, and `absorb`",
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
@@ -183,6 +185,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "output.mcap output.timeline": "a stream more or less",
     "control.function control.settings": "refused for prescribed motion, without bodies, actuators, or a class that takes them",
     "output.checkpoint": "checkpoints more or less often",
+    "output.on_failure": "decides when a log fails",
     "alarms.lost_particles alarms.energy": "when a run fails",
     "bodies.*.dry_inside": "water inside an open body or none",
 }
