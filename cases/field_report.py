@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -31,6 +32,7 @@ from fsi.command import main as fsi_command
 if TYPE_CHECKING:
     from xarray import Dataset
 
+TOML = re.compile(r'[#[]|[\w."-]+ = ')  # how the lines of a resolved scene begin
 LIMIT = 60.0  # [s] of wall time for the check
 RUNS = 10  # times as long for the run
 UNTIL = 0.5  # [s] that an accepted scene is run of which nothing is expected
@@ -141,11 +143,7 @@ def answer(name: str, file: Path, settings: Sequence[str], until: float | None, 
 
 def _line(text: str, expected: Expected | None) -> str:
     """The line of an answer that holds the words that are expected; else the first, of a traceback the last."""
-    lines = [
-        line
-        for line in text.splitlines()
-        if line.strip() and not line.startswith(("#", "[")) and " = " not in line[:40]
-    ]
+    lines = [line for line in text.splitlines() if line.strip() and not TOML.match(line)]
     words = expected.says[0] if expected and expected.says else "\0"
     first = lines[-1:] if lines and lines[0].startswith("Traceback") else lines[:1]
     return next((line.lstrip("# ") for line in text.splitlines() if words in line), "".join(first))

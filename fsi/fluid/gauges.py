@@ -138,12 +138,13 @@ class Surface:
             return elevation(position, point, mean_spacing(scene), h, solid, period=self._length)
         solid = solids.position[: solids.count] if solids.count else fluid.boundary
         repeats = self._length.any()
+        position = position[fluid.particles.own] if repeats else position  # without the ghosts of the first frame
 
         def spans(place) -> tuple[np.ndarray, np.ndarray]:
-            wet = _all(fluid.position) if repeats else _around(fluid.sort, len(fluid.position), place)
+            wet = _all(position) if repeats else _around(fluid.sort, len(position), place)
             return wet, _around(solids.sort, len(solid), place)
 
-        return elevation(fluid.position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
+        return elevation(position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
 
 
 def row_reading(position, point, spacing: float, surface: float) -> float:

@@ -72,9 +72,9 @@ class Instruments(Remembers):
                 [self._velocity(place) for m in scene.velocimeters.values() for place in m.places]
             )
         if self._depths:
-            out["layer_thickness"] = self._depths(fluid.position, fluid.reductions)[0]
+            out["layer_thickness"] = self._depths(self._own(), fluid.reductions)[0]
         if self._shores:
-            read = np.array([shore(fluid.position, fluid.reductions) for shore in self._shores])
+            read = np.array([shore(self._own(), fluid.reductions) for shore in self._shores])
             out |= {"runup_distance": read[:, 0], "runup_height": read[:, 1]}
         if self._floods:
             position = fluid.position[fluid.particles.own]  # without the ghosts of the first frame
@@ -86,12 +86,33 @@ class Instruments(Remembers):
             out |= fluid.loads.measure(dt) if dt > 0 else fluid.loads.nothing()
         return out
 
+    def _own(self) -> np.ndarray:
+        """Positions without the ghosts of the first frame in a periodic tank."""
+        fluid = self.fluid
+        return fluid.position if fluid.reductions.ordered else fluid.position[fluid.particles.own]
+
+    def _near(self, point, reach: float, *values) -> list[np.ndarray]:
+        """Positions and values of at least all particles within reach of a point or a vertical; in a periodic tank each as its
+        image that is nearest to it."""
+        fluid, tank = self.fluid, self.scene.tank
+        found = list(fluid.reductions.around(point, reach, fluid.position, *values))
+        if not tank.periodic:
+            return found
+        if found[0] is fluid.position:
+            found = [array[fluid.particles.own] for array in found]
+        found[0] = found[0].copy()
+        for d, axis in enumerate(tank.axes[: len(point)]):
+            if axis in tank.periodic:
+                length = tank.max[d] - tank.min[d]
+                found[0][:, d] -= length * np.round((found[0][:, d] - point[d]) / length)
+        return found
+
     def _elevation(self, gauge: Gauge) -> float:
         place, scene = _foot(gauge, self.fluid.dim), self.scene
         if gauge.reading == "surface":
             return self._surface(place)
         h, spacing = scene.reading_length, scene.spacing
-        (position,) = self.fluid.reductions.around(place, 2 * h, self.fluid.position)
+        (position,) = self._near(place, 2 * h)
         if gauge.reading == "points":
             return points_reading(position, place, spacing, h)
         return row_reading(position, place, spacing, self._surface(place))
@@ -100,15 +121,13 @@ class Instruments(Remembers):
         fluid, scene, h = self.fluid, self.scene, self.scene.reading_length
         weight = scene.fluid.density * scene.gravity
         point = self._riders[name].place() if name in self._riders else probe.position
-        return pressure_at(
-            *fluid.reductions.around(point, 2 * h, fluid.position, fluid.pressure_values), np.array(point), h, weight
-        )
+        return pressure_at(*self._near(point, 2 * h, fluid.pressure_values), np.array(point), h, weight)
 
     def _velocity(self, place) -> np.ndarray:
         from fsi.fluid.currents import velocity_at
 
         fluid, h, out = self.fluid, self.scene.reading_length, np.zeros(3)
-        near = fluid.reductions.around(place, 2 * h, fluid.position, fluid.velocity)
+        near = self._near(place, 2 * h, fluid.velocity)
         out[self._axes] = velocity_at(*near, place, self.scene.spacing, h)
         return out
 

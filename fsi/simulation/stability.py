@@ -82,6 +82,8 @@ class Stability(Remembers):
         """What to raise where the bodies could not be moved: names the fastest one."""
         if not self._free:
             return fault
+        if not str(fault).startswith("unstable: "):  # of a user's function or a mooring line, by its own name
+            return RunError(f"{fault}, at {self._when()}{self.kept}")
         speeds = self._speeds(self._sim.bodies.motion().velocity)
         worst = int(np.argmax(np.where(np.isfinite(speeds), speeds, np.inf)))
         return self._of_body(worst, speeds[worst], str(fault).removeprefix("unstable: ").partition(";")[0])

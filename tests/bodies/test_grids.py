@@ -160,14 +160,15 @@ def test_degrees_and_a_missing_rasterio_are_told(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_water_over_a_grid_stays_at_rest(tmp_path):
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_water_over_a_steep_grid_stays_at_rest(dimension, tmp_path):
     from cases.validation.fluid import still_beds
     from fsi.simulation.loop import Simulation
 
     x, y = np.meshgrid(np.arange(-0.5, 1.2, 0.02), np.arange(-0.5, 0.51, 0.02), indexing="ij")
     z = 0.05 - still_beds.DEPTH + 0.03 * np.sin(11 * x + 0.4) + 0.011 * np.sin(37 * x) + 0.02 * np.sin(9 * y)
     np.savetxt(tmp_path / "bed.xyz", np.stack([x, y, z], axis=-1).reshape(-1, 3))
-    parts = still_beds.scene(still_beds.SPACING, tmp_path)
+    parts = still_beds.scene(still_beds.SPACING, tmp_path, dimension=dimension)
     parts["tank"]["bathymetry"] = str(tmp_path / "bed.xyz")
     it = load_scene(Scene.model_validate(parts))
     sim = Simulation(it, ground=bind(it, "bed")[2])

@@ -121,6 +121,12 @@ def test_the_cells_around_a_vertical_hold_all_that_counts(dimension, periodic):
     there = solids.position[: solids.count]
     rest = SimpleNamespace(count=0, sort=unsorted)
     whole = SimpleNamespace(
-        scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest, reductions=fluid.reductions
-    )
+        scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest, reductions=fluid.reductions,
+        particles=fluid.particles,
+    )  # fmt: skip
     assert [surface(p) for p in points] == [Surface(whole)(p) for p in points]
+    if periodic:  # the first frame is read while there are ghosts beyond the ends
+        count, shift = len(fluid.position), np.eye(dimension)[0]
+        whole.position = np.concatenate([fluid.position - shift, fluid.position, fluid.position + shift])
+        whole.particles = SimpleNamespace(own=np.repeat([False, True, False], count))
+        assert [surface(p) for p in points] == [Surface(whole)(p) for p in points]

@@ -146,3 +146,14 @@ def test_limits_are_shares(tmp_path, key, value):
     )
     with pytest.raises(SceneError, match=f"alarms.{key}"):
         runner.check(file)
+
+
+def test_a_fault_of_a_users_function_is_told_by_its_own_name():
+    from fsi.simulation.stability import Stability
+
+    watch = Stability.__new__(Stability)
+    watch._free, watch.logged = True, 0.1
+    watch._sim = type("Sim", (), {"time": 0.1, "step_count": 7})
+    text = str(watch.failed(RunError("laws.py:brake(0.1, 0, 0) returned nan; it must return a finite force")))
+    assert text.startswith("laws.py:brake(0.1, 0, 0) returned nan; it must return a finite force, at t = 0.1")
+    assert "unstable" not in text and "mach" not in text
