@@ -77,7 +77,8 @@ class Score:
         """One more try, with what was wrong afterwards."""
         self.tries += 1
         self.survived += not faults
-        self.lost += [f"{self.test}, {where}: {fault}" for fault in faults]
+        self.lost += (lines := [f"{self.test}, {where}: {fault}" for fault in faults])
+        print(*lines, sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
 
     def add(self, other: Score) -> None:
         """Put the score of the same test on another scene to this one."""
