@@ -3,8 +3,8 @@
 Each of six scenes runs once undisturbed. Then its runs are killed at random instants, lose their streams or the room on
 their disk, get their logs damaged and their folders claimed by others. After each mishap what was logged must be readable
 and the same as in the undisturbed run, up to 2 s of wall time before a SIGKILL; runs that were hit are resumed until they
-are done, and all their series (but `wall_time`) and snapshots of particles must then be those of the undisturbed run, bit
-for bit. `--long N` looks at memory and time per step over N steps instead. Exit code 1 where anything was lost.
+are done, and `run.mcap` and `run.rrd` must then be those of the undisturbed run, byte for byte. `--long N` looks at memory
+and time per step over N steps instead. Exit code 1 where anything was lost.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rich.table import Column, Table
 
 from cases.torture.kills import kills
 from cases.torture.long import long
-from cases.torture.mishaps import damage, full_disk, locks, streams
+from cases.torture.mishaps import checkpoints, cost, damage, full_disk, locks, strangers, streams, without_log
 from cases.torture.trial import SCENES, Score, subject
 
 
@@ -66,7 +66,11 @@ def _all_tests(name: str, folder: Path, share: list[int], dice: random.Random) -
         streams(it, few, dice),
         full_disk(it, few, dice),
         locks(it, few, dice),
+        without_log(it, few, dice),
         damage(it, many, dice),
+        checkpoints(it, many, dice),
+        strangers(it, few, dice),
+        cost(it),
     ]
     tries, lost = sum(s.tries for s in scores), sum(len(s.lost) for s in scores)
     said = f"{name}: a run takes {it.seconds:.1f} s; {tries} tries, {lost} lost, in {time.perf_counter() - began:.0f} s"

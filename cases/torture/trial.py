@@ -72,6 +72,7 @@ class Score:
     lost: list[str] = field(default_factory=list)
     counts: Counter = field(default_factory=Counter)
     slowest_end: float = 0.0  # from a signal to the end of the process [s]
+    dearest: float = 0.0  # share of the run time that checkpoints take
 
     def book(self, where: str, faults: list[str]) -> None:
         """One more try, with what was wrong afterwards."""
@@ -85,12 +86,14 @@ class Score:
         self.tries, self.survived = self.tries + other.tries, self.survived + other.survived
         self.lost, self.counts = self.lost + other.lost, self.counts + other.counts
         self.slowest_end = max(self.slowest_end, other.slowest_end)
+        self.dearest = max(self.dearest, other.dearest)
 
     @property
     def remark(self) -> str:
         """What else was counted, in words."""
         slowest = [f"the slowest ended within {self.slowest_end:.2f} s"] if self.slowest_end else []
-        return ", ".join([*slowest, *(f"{count} {what}" for what, count in self.counts.items())])
+        dearest = [f"at most {100 * self.dearest:.2g} % of the run time"] if self.dearest else []
+        return ", ".join([*slowest, *dearest, *(f"{count} {what}" for what, count in self.counts.items())])
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,8 @@ def _manifest(
     finally:
         facts = {"status": status, "reason": reason, "wall_seconds": sim.now.wall_time, **outcome(sim)}
         if checkpoints:
-            facts["checkpoints"] = {"seconds": checkpoints.seconds, "bytes": checkpoints.bytes}
+            names = ("seconds", "beside", "count", "bytes")
+            facts["checkpoints"] = {name: getattr(checkpoints, name) for name in names}
         try:
             folder.write(**facts)
         except OSError as fault:
