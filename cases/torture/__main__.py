@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from cases.torture.kills import kills
-from cases.torture.long import long
+from cases.torture.long import long, long_recording
 from cases.torture.mishaps import checkpoints, cost, damage, full_disk, locks, strangers, streams, without_log
 from cases.torture.trial import SCENES, Score, subject
 
@@ -37,9 +37,12 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1, help="of the random instants")
     parser.add_argument("--long", type=int, metavar="N", help="memory and time per step over N steps, and nothing else")
+    parser.add_argument(
+        "--recording", action="store_true", help="with --long: steps that are recorded and not computed"
+    )
     options = parser.parse_args()
     if options.long:
-        sys.exit("\n".join(long(options.long)) or 0)
+        sys.exit("\n".join((long_recording if options.recording else long)(options.long)) or 0)
     names, dice = options.names or list(SCENES), random.Random(options.seed)
     if odd := set(names) - SCENES.keys():
         parser.error(f"no scene {min(odd)!r}; there are {', '.join(SCENES)}")
