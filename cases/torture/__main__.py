@@ -56,7 +56,7 @@ def main() -> None:
             ]
             for score in _all_tests(name, Path(folder), share, dice):
                 total.setdefault(score.test, Score(score.test)).add(score)
-    _print(total)
+            _print(total)
     sys.exit(any(score.lost for score in total.values()))
 
 

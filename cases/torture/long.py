@@ -35,8 +35,8 @@ def resident() -> int:
 
 
 def long(steps: int) -> list[str]:
-    """Run a channel of 200 particles for so many steps, every one of which is recorded, and print a row of figures now and then;
-    what was not flat."""
+    """Run a channel of 200 particles for so many steps, every one of which is recorded, and print a row of figures now and
+    then; what was not flat."""
     from fsi.simulation.loop import Simulation
 
     with _recorded(steps) as (scene, recorders):

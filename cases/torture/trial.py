@@ -16,6 +16,8 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
+from itertools import count
+from mmap import mmap
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +61,7 @@ RECORDING = (
     "xarray",
 )
 DONE, FAILED, REFUSED = 0, 1, 2  # exit codes
+SEEN = 4096  # frames that a witness keeps in mind
 PATIENCE = 120.0  # [s] that a process may take to end
 
 
@@ -206,6 +209,33 @@ def wait(child: int, seconds: float = PATIENCE) -> int | None:
     return None
 
 
+class Witness:
+    """Sees which frames a run in another process has computed and when, by memory that both share."""
+
+    def __init__(self) -> None:
+        kind = np.dtype([("step", np.int64), ("time", np.float64)])
+        self._seen = np.frombuffer(mmap(-1, SEEN * kind.itemsize), kind)
+
+    def watch(self) -> None:
+        """In the process of the run: note every frame before it is recorded."""
+        from fsi.record.background import Background
+
+        record, number = Background.series, count()
+
+        def series(recorder, frame) -> None:
+            self._seen[next(number) % SEEN] = frame.step, time.time()
+            record(recorder, frame)
+
+        Background.series = series
+
+    def forget(self) -> None:
+        self._seen[:] = (-1, np.inf)
+
+    def last(self, before: float) -> int:
+        """Step of the last frame that was computed before this time, on the clock of files; -1 where none was."""
+        return int(self._seen["step"][self._seen["time"] < before].max(initial=-1))
+
+
 def is_done(folder: Path) -> bool:
     return (folder / "run.json").exists() and read_manifest(folder)["status"] == "done"
 
@@ -247,8 +277,8 @@ def prefix_faults(folder: Path, whole, left=None) -> list[str]:
     if not (folder / "run.mcap").exists():
         return []
     left = load(folder) if left is None else left
-    count = left.sizes.get("time", 0)
-    return [f"other values: {name}" for name in different(left, whole.isel(time=slice(count)))] if count else []
+    frames = left.sizes.get("time", 0)
+    return [f"other values: {name}" for name in different(left, whole.isel(time=slice(frames)))] if frames else []
 
 
 def _same(a, b) -> bool:
