@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from fsi.owners import FIRST_BODY
+from fsi.particles.displaced import cells
 from fsi.protocols import BodyMotion
 
 CELLS = {2: 20_000, 3: 30_000}  # of the box around a body
@@ -36,21 +37,20 @@ class Hull:
     """The cells of a body: `place` (n, 3) [m] in its frame about the centre of mass, `size` (n,) [m3] of what is solid."""
 
     def __init__(self, solids, motion: BodyMotion, b: int, width: float | None):
-        bounds = [solid.bounds() for solid in solids if hasattr(solid, "bounds")]
-        low = np.min([one for one, _ in bounds], axis=0)
-        high = np.max([one for _, one in bounds], axis=0)
-        dim, span = len(low), high - low
-        self.step = float((np.prod(span) / CELLS[dim]) ** (1 / dim))
-        counts = np.ceil(span / self.step).astype(int) + 2
-        first = (low + high) / 2 - 0.5 * (counts - 1) * self.step
-        points = first + self.step * np.indices(counts).reshape(dim, -1).T
-        clearance = np.min([solid.clearance(points) for solid in solids], axis=0)
-        share = np.clip(0.5 - clearance / self.step, 0.0, 1.0)
-        points, share = points[share > 0], share[share > 0]
+        dim = 2 if width is not None else 3
+        points, size, self.step = cells(solids, CELLS[dim])
         whole = np.tile(motion.position[b], (len(points), 1))
         whole[:, [0, 2] if dim == 2 else [0, 1, 2]] = points
         self.place = (whole - motion.position[b]) @ motion.rotation[b]
-        self.size = share * self.step**dim * (1.0 if width is None else width)
+        self.size = size * (1.0 if width is None else width)
+
+    def displaced(self, motion: BodyMotion, b: int, level: float) -> tuple[float, np.ndarray]:
+        """Volume and its centre, of `buoyancy`."""
+        position, rotation = motion.position[b], motion.rotation[b]
+        depth = (level - position[2]) / self.step + 0.5 - self.place @ (rotation[2] / self.step)
+        wet = self.size * np.minimum(np.maximum(depth, 0.0), 1.0)
+        volume = float(wet.sum())
+        return volume, position + (rotation @ (wet @ self.place / volume) if volume > 0.0 else 0.0)
 
     def buoyancy(self, motion: BodyMotion, b: int, level: float) -> Buoyancy:
         """With the body where it stands."""
@@ -148,9 +148,10 @@ class Floating:
     def wrenches(self, motion: BodyMotion) -> np.ndarray:
         """Buoyancy as wrenches (b, 6)."""
         wrenches = np.zeros((len(self.hulls), 6))
-        for b, found in enumerate(self.buoyancies(motion)):
-            force = np.array([0.0, 0.0, self.density * self.gravity * found.volume])
-            wrenches[b, :3], wrenches[b, 3:] = force, np.cross(found.centre - motion.position[b], force)
+        for b, hull in enumerate(self.hulls):
+            volume, centre = hull.displaced(motion, b, self._level)
+            force = np.array([0.0, 0.0, self.density * self.gravity * volume])
+            wrenches[b, :3], wrenches[b, 3:] = force, np.cross(centre - motion.position[b], force)
             if self._bodies.dimension == 2:
                 wrenches[b, [1, 3, 5]] = 0.0
         return wrenches
@@ -162,25 +163,39 @@ def _tilting(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 
 
 def facts(floating: Floating, bodies) -> dict[str, dict[str, float]]:
-    """The figures of each body where it stands, SI units. `mass` is that of its tree of bodies; heights are z in the tank,
-    `heel` is in degrees. One wet body that floats freely has a `metacentric_height`, for pitch, and in three dimensions a
-    `metacentric_height_roll`."""
+    """The figures of each body where it stands, SI units. `mass` is with the dry bodies that hang on it (`_carried`); heights
+    are z in the tank, `heel` is in degrees. One wet body that floats freely has a `metacentric_height`, for pitch, and in three
+    dimensions a `metacentric_height_roll`."""
     motion, found, model, data = bodies.motion(), {}, bodies.model, bodies.data
-    roots = model.body_rootid[bodies.ids]
+    roots, owner = model.body_rootid[bodies.ids], _carried(bodies)
     for b, (name, one) in enumerate(zip(bodies.names, floating.buoyancies(bodies.motion()), strict=True)):
-        turn = motion.rotation[b]
+        turn, mass = motion.rotation[b], np.where(owner == b, model.body_mass, 0.0)
+        middle = float(mass @ data.xipos[:, 2] / mass.sum()) if mass.any() else float(motion.position[b, 2])
         found[name] = {
-            "mass": float(model.body_subtreemass[roots[b]]),
+            "mass": float(mass.sum()),
             "displaced_mass": floating.density * one.volume,
             "draft": one.draft,
-            "centre_of_mass": float(data.subtree_com[roots[b], 2]),
+            "centre_of_mass": middle,
             "centre_of_buoyancy": float(one.centre[2]),
             "heel": float(np.degrees(np.arccos(np.clip(turn[2, 2], -1.0, 1.0)))),
         }
         free = model.body_jntnum[roots[b]] == 1 and model.jnt_type[model.body_jntadr[roots[b]]] == FREE
         if one.volume > 0 and free and (roots == roots[b]).sum() == 1:
-            heights = one.moments / one.volume - (data.subtree_com[roots[b], 2] - one.centre[2])
+            heights = one.moments / one.volume - (middle - one.centre[2])
             found[name]["metacentric_height"] = float(heights[1])
             if bodies.dimension == 3:
                 found[name]["metacentric_height_roll"] = float(heights[0])
     return found
+
+
+def _carried(bodies) -> np.ndarray:
+    """The wet body that each body of the model counts for (nbody,): itself, else the nearest above it, else the first of its
+    tree; -1 without any."""
+    model, ids = bodies.model, list(bodies.ids)
+    owner = np.full(model.nbody, -1)
+    for body in range(1, model.nbody):
+        above = owner[model.body_parentid[body]]
+        owner[body] = ids.index(body) if body in ids else above
+    for body in np.flatnonzero(owner < 0):
+        owner[body] = next((b for b, n in enumerate(ids) if model.body_rootid[n] == model.body_rootid[body]), -1)
+    return owner

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.extras import require
 
 FRAME = 1 / 30  # wall time [s] between two pictures
 DROPS = 4000  # particles that are drawn, at most
@@ -29,7 +30,7 @@ class Viewer:
     def __init__(self, bodies):
         if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise SceneError("MuJoCo's viewer needs a display, and there is none", key="--viewer", fix=ELSEWHERE)
-        import glfw
+        glfw = require("glfw", "viewer", "MuJoCo's viewer")
         from mujoco import viewer
 
         if not glfw.init():  # else `launch_passive` would wait for a window for ever

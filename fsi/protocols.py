@@ -7,6 +7,7 @@ part after, in the world frame about the body's centre of mass.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -94,6 +95,7 @@ class BodySet(Stateful, Protocol):
     actuator_names: tuple[str, ...]
     mooring_names: tuple[str, ...]  # lines that MuJoCo does not know
     mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
+    insides: Mapping[int, Sequence[Solid]]  # of bodies that start dry inside, by number: what they keep dry
     dimension: int  # in two dimensions the fluid acts on x, z and pitch alone
     notes: tuple[str, ...]  # what was decided for the user so far: substeps, implicit springs, thin plates
 
@@ -209,8 +211,8 @@ class Halo(Protocol):
     its own across a periodic axis. Kernels treat them like all other particles; what a sweep computes for them is
     overwritten by `refresh` with what their sources have.
 
-    A step calls `exchange` before the particles are sorted, `locate` after, `refresh` after every sweep whose results the next
-    one reads from neighbours, and `drop` at its end.
+    A step calls `exchange` before the particles are sorted, `locate` after, `sweep` or `refresh` for every sweep whose results
+    the next one reads from neighbours, and `drop` at its end.
     """
 
     room: float  # memory to provide, over that for the particles at the start
@@ -231,6 +233,10 @@ class Halo(Protocol):
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the rows (n, ...) of the ghosts what their sources have in these columns."""
+
+    def sweep(self, run, near, rows: np.ndarray, columns: slice) -> None:
+        """Call run(bounds, groups) over the groups of `near` (`fsi.particles.neighbours.Neighbours`) whose sums somebody needs,
+        and `refresh` these columns of `rows`, which it fills for each particle by itself, as soon as that can be."""
 
     def holds(self, position: np.ndarray) -> np.ndarray | None:
         """Which boundary particles at these places (b, dim) this fluid counts the forces on, so that several fluids that all

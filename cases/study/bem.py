@@ -24,6 +24,9 @@ from fsi.trust import check_bytes
 MOST_BYTES = 1e9  # of a dataset
 RADIATED = ("added_mass", "radiation_damping")
 NEEDED = (*RADIATED, "inertia_matrix", "hydrostatic_stiffness")
+SEAS = ("regular", "irregular")  # waves whose power linear theory gives
+HEIGHTS, PERIODS = {"Hm0", "wave_height"}, {"Te", "peak_period", "period"}  # what a power matrix is over
+COVERED = 0.98  # of the energy of a sea, that the frequencies of a file must hold
 MATRIX = ("influenced_dof", "radiating_dof")
 Modes = Mapping[str, Mapping[str, float]]  # joint -> degree of freedom -> what it moves by for one unit of the joint
 
@@ -192,6 +195,64 @@ def _of_joints(data, bem: Bem, ways: Modes, damping: float) -> dict[str, np.ndar
     taken = np.array([name == (bem.joint or next(iter(ways))) for name in ways], float)
     motion = responses(data, transformation(data, ways), damping * taken, bem.stiffness * taken)
     return dict(zip(ways, motion.T, strict=True))
+
+
+def compare_power(results, bem: Bem, waves):
+    """The dataset of a power matrix study with `power_matrix_bem` [W], the mean power that the power take-off absorbs by linear
+    theory: c/2 omega^2 |X|^2 (H/2)^2 in regular waves, c integral omega^2 |X|^2 S(omega) d omega in a sea of the spectrum of
+    `waves`, those of the study's scene; and `power_matrix_ratio`, runs over theory. NaN where the file's frequencies hold less
+    than `COVERED` of the waves' energy."""
+    from cases.report.wave_figures import energy_period_ratio
+
+    [period] = set(results.power_matrix.dims) & PERIODS
+    [height] = set(results.power_matrix.dims) & HEIGHTS
+    data = read_bem(bem.file)
+    ways = modes(bem, list(map(str, results.joint.values)) if "joint" in results.coords else [bem.joint])
+    taken = bem.joint or next(iter(ways))
+    omega = data.omega.values.astype(float)
+    response = (
+        bem.damping * (omega * abs(_of_joints(data, bem, ways, bem.damping)[taken])) ** 2
+    )  # W for 1 m of amplitude
+    ratio = energy_period_ratio(waves) if period == "Te" else 1.0
+    per_square = [  # W for 1 m of height
+        _regular(response, omega, T) if waves.kind == "regular" else _sea(response, omega, T / ratio, waves)
+        for T in results[period].values.astype(float)
+    ]
+    power = results[height].astype(float) ** 2 * results[period].copy(data=per_square)
+    power = power.transpose(*results.power_matrix.dims)
+    facts = {"units": "W", "long_name": "mean absorbed power, linear theory"}
+    results["power_matrix_bem"] = power.dims, power.values, facts
+    results["power_matrix_ratio"] = results.power_matrix / results.power_matrix_bem
+    results["power_matrix_ratio"].attrs = {"units": "1", "long_name": "mean absorbed power over that of linear theory"}
+    return results
+
+
+def check_power(bem: Bem, waves, names: Sequence[str]) -> None:
+    """Raises SceneError where linear theory has no power matrix for these parameters of a study, or for waves of this kind."""
+    kind = getattr(waves, "kind", None)
+    if kind not in SEAS or set(names) - HEIGHTS - PERIODS - {"seed"}:
+        fix = f"let the matrix be over height and period of {' or '.join(SEAS)} waves alone, or remove [bem]"
+        raise SceneError("linear theory has no power for this matrix", key="bem", fix=fix)
+    if isinstance(bem.damping, str):
+        raise SceneError("a power matrix has one damping", key="bem.damping", fix="give a number")
+
+
+def _regular(response: np.ndarray, omega: np.ndarray, period: float) -> float:
+    at = 2 * math.pi / period
+    return float(np.interp(at, omega, response, np.nan, np.nan)) / 8  # amplitude H/2, mean of a sine's square
+
+
+def _sea(response: np.ndarray, omega: np.ndarray, peak_period: float, waves) -> float:
+    """Of a sea with Hm0 = 1 m: its m0 is 1/16 m2."""
+    from fsi.waves.kinds.irregular import LOWEST, spectrum
+
+    gamma = 1.0 if waves.spectrum == "pierson_moskowitz" else waves.gamma or 3.3
+    f = np.linspace(LOWEST, waves.highest, 2001) / peak_period
+    share = spectrum(f, 1 / peak_period, gamma)
+    share /= share.sum()
+    at = np.interp(2 * math.pi * f, omega, response, np.nan, np.nan)
+    known = np.isfinite(at)
+    return float(share[known] @ at[known]) / 16 if share[known].sum() >= COVERED else math.nan
 
 
 def compare_radiation(results, bem: Bem):

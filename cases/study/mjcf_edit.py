@@ -1,4 +1,7 @@
-"""Attributes of an MJCF file, changed by the name of their element."""
+"""Attributes of an MJCF file, changed by the name of their element.
+
+In the XML: MuJoCo's `MjSpec`, with which `bodies` joins files, has the attributes of the compiled model (`euler` is a
+quaternion there, `damping` a polynomial), while the keys of a study are those that stand in the file."""
 
 from __future__ import annotations
 

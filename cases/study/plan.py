@@ -132,7 +132,7 @@ class Measure(Part):
 
 
 class Bem(Part):
-    """Linear potential theory to compare a RAO, added mass and damping with."""
+    """Linear potential theory to compare a RAO, a power matrix, added mass and damping with."""
 
     file: FilePath  # netCDF of Capytaine
     dof: str = ""  # its degree of freedom that is the joint
@@ -210,8 +210,11 @@ def _faults(study: Study):
         if odd or short:
             what = f"has no parameter {min(odd)!r}" if odd else f"lacks {min(short)!r}"
             yield f"sampling.points[{n}]: {what}; name every parameter of the study: {', '.join(study.parameters)}"
-    if study.bem and study.routine not in ("rao", "radiation"):
-        yield "bem: only a RAO, added mass and damping are compared with linear theory; set routine = 'rao' or 'radiation'"
+    if study.bem and study.routine not in ("rao", "radiation", "power_matrix"):
+        yield (
+            "bem: only a RAO, a power matrix, added mass and damping are compared with linear theory; "
+            "set routine = 'rao', 'power_matrix' or 'radiation'"
+        )
     given = (*study.settings, *(parameter.key for parameter in study.parameters.values()))
     if study.routine != "radiation" and any(key.split(".")[0] == "radiation" for key in given):
         yield "routine: keys of radiation need it; set routine = 'radiation'"

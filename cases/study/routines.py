@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from cases.study.bem import compare, compare_radiation
+from cases.study.bem import check_power, compare, compare_power, compare_radiation
+from cases.study.design import base_scene
 from cases.study.extremes import storm_extreme
 from cases.study.plan import Study
 from fsi.errors import SceneError
@@ -43,8 +44,15 @@ def check_routine(study: Study) -> None:
             if (parameter.key == "radiation.joint") != (name == "driven"):
                 fix = "call it driven, and no other"
                 raise SceneError("is the joint that is moved, or is called so", key=f"parameters.{name}", fix=fix)
+    if study.routine == "power_matrix" and study.bem:
+        check_power(study.bem, _waves(study), list(study.parameters))
     if study.routine not in (None, "free_decay") and study.sampling.method != "grid":
         raise SceneError(f"{study.routine} needs a grid", key="sampling.method", fix="set method = 'grid'")
+
+
+def _waves(study: Study):
+    scene = base_scene(study)
+    return scene.sea.waves if scene.sea else scene.waves
 
 
 def analysed(study: Study, data):
@@ -52,7 +60,8 @@ def analysed(study: Study, data):
     if study.routine == "damping_sweep":
         return damping_sweep(data)
     if study.routine == "power_matrix":
-        return power_matrix(data)
+        data = power_matrix(data)
+        return compare_power(data, study.bem, _waves(study)) if study.bem and "power_matrix" in data else data
     if study.routine == "rao" and study.bem and "rao" in data:
         return compare(data, study.bem)
     if study.routine == "radiation" and study.bem and "added_mass" in data:

@@ -155,7 +155,8 @@ def _power_matrix(page: Page, data) -> None:
     if "power_matrix" not in data or data.power_matrix.ndim != 2:
         return
     section = page.section("Power matrix")
-    names = [name for name in ("power_matrix", "power_matrix_error", "capture_width_matrix") if name in data]
+    kinds = ("power_matrix", "power_matrix_error", "power_matrix_bem", "power_matrix_ratio", "capture_width_matrix")
+    names = [name for name in kinds if name in data]
     names = [name for name in names if np.isfinite(data[name].values).any()]
     high = 0.42 * len(data[data.power_matrix.dims[0]]) + 1.5
     figure, panels = charts.canvas(len(names), height=min(max(high, 2.8), 8.0))
@@ -166,7 +167,9 @@ def _power_matrix(page: Page, data) -> None:
             xlabel=label(data[along]), ylabel=label(data[down]), label=_units(data[name]),
         )  # fmt: skip
         panel.set_title(title(data, name), loc="left", fontsize=13)
-    section.figure(figure, "Mean absorbed power by significant height and period of the sea", name="power_matrix")
+    beside = ", beside linear potential theory" if "power_matrix_bem" in data else ""
+    by = " and ".join(words(data[name]) for name in data.power_matrix.dims)
+    section.figure(figure, f"Mean absorbed power by {by}{beside}", name="power_matrix")
 
 
 def _units(variable) -> str:

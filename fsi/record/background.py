@@ -12,6 +12,7 @@ from threading import Lock, Thread
 import numpy as np
 
 from fsi.errors import RunError, SceneError
+from fsi.extras import installed
 from fsi.protocols import BodySet, Event, Frame, Recorder
 from fsi.record.fields import fraction, thinned
 from fsi.record.files import FULL
@@ -23,7 +24,8 @@ BATCH, BATCH_SECONDS = 32, 0.25  # frames, wall time [s]: every hand-over may co
 
 
 def open_recorders(scene: Scene, folder: Path, live: str | None = None, log: dict | None = None) -> list[Recorder]:
-    """Recorders of the streams that the scene asks for; the packages of the others are not imported.
+    """Recorders of the streams that the scene asks for; the packages of the others are not imported. A run that has another
+    stream goes on without a timeline where its package is not installed, unless the timeline is looked at, or was begun.
     `live`: address of a viewer that the timeline is sent to as well; `log`: positions in the files of the folder, from
     which on they go on (`Background.mark`)."""
     log = log or {}
@@ -36,7 +38,7 @@ def open_recorders(scene: Scene, folder: Path, live: str | None = None, log: dic
 
         streams.append(McapRecorder(folder / "run.mcap", log.get("messages")))
         streams.append(ClockRecorder(folder / NAME, log.get("clock")))
-    if scene.output.timeline:
+    if scene.output.timeline and (installed("rerun") or live or log.get("timeline") or not streams):
         from fsi.record.timeline import TimelineRecorder
 
         streams.append(TimelineRecorder(folder / "run.rrd", live, log.get("timeline")))

@@ -8,10 +8,10 @@ import socket
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from fsi.errors import SceneError, short
+from fsi.extras import version_of
 from fsi.strict_json import dumps, loads
 from fsi.trust import check_bytes
 
@@ -89,10 +89,7 @@ def overwrite(file: Path, before: dict, facts: dict) -> None:
 def versions() -> dict[str, str]:
     """Of the packages that a run and its logs depend on."""
     found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
+    return found | {package: number for package in PACKAGES if (number := version_of(package))}
 
 
 def circumstances() -> dict:

@@ -85,7 +85,8 @@ def recording_of(directory: Path) -> Path:
         from fsi.record.manifest import read_manifest
 
         read_manifest(directory)
-        raise SceneError(f"{directory} has no timeline", fix="run the scene with output.timeline = true")
+        fix = "run the scene with output.timeline = true, and with rerun installed: pip install 'spindrift[viewer]'"
+        raise SceneError(f"{directory} has no timeline", fix=fix)
     if (log := directory / "run.mcap").is_file() and not has_frames(log):
         fix = "see run.json for how it ended"
         raise SceneError(f"{directory} holds a run without a single frame", fix=fix)

@@ -107,3 +107,25 @@ def test_narrow_water_is_told(scene):
     near = wide.model_copy(update={"tank": wide.tank.model_copy(update={"min": (-0.26, -0.6)})})
     [line] = narrow(near, load(near), None)
     assert "narrower than 4 spacings (0.1 m)" in line and "a spacing of 0.01" in line
+
+
+def test_masses_of_bodies_of_one_tree_are_told_apart(scene):
+    """A float on a slide of a wet plate, with a dry weight on it: Archimedes holds for each."""
+    inner = (
+        '<body name="float" pos="0 0 0.4"><joint name="slide" type="slide" axis="0 0 1"/>'
+        '<geom name="hull" type="box" size="0.1 0.15 0.05" density="500"/>'
+        '<body name="weight"><geom name="weight" type="sphere" size="0.01" mass="0.5"/></body></body>'
+    )
+    wet = "".join(f'<element objtype="geom" objname="{name}"/>' for name in ("box", "hull"))
+    made = scene(joint='<joint type="slide" axis="0 0 1"/>', density=1000, more=inner, z=-0.4)
+    file = made.bodies["box"].mjcf
+    file.write_text(
+        file.read_text().replace("<worldbody>", f'<custom><tuple name="wet">{wet}</tuple></custom><worldbody>')
+    )
+    found = {name: poses["drawn"] for name, poses in load(made).hydrostatics().items()}
+    assert found["box"]["mass"] == pytest.approx(1000 * 0.4 * 0.3 * 0.2) == found["box"]["displaced_mass"]
+    assert found["float"]["mass"] == pytest.approx(500 * 0.2 * 0.3 * 0.1 + 0.5)
+    assert found["float"]["displaced_mass"] == pytest.approx(500 * 0.2 * 0.3 * 0.1, rel=0.01)
+    assert found["float"]["centre_of_mass"] == pytest.approx(0.0) and found["box"]["centre_of_mass"] == pytest.approx(
+        -0.4
+    )

@@ -175,7 +175,8 @@ def test_export_and_missing_runs(here, solver):
     view = command("view", "runs/small")
     assert (view.exit_code, view.stderr) == (
         2,
-        "runs/small has no timeline; run the scene with output.timeline = true\n",
+        "runs/small has no timeline; run the scene with output.timeline = true, and with rerun installed: "
+        "pip install 'spindrift[viewer]'\n",
     )
 
 
