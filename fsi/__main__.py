@@ -1,5 +1,5 @@
 """`python -m fsi`."""
 
-from fsi.command import main
+from fsi.start import main
 
 main()

@@ -19,7 +19,7 @@ import numpy as np
 from cases.bench.identity import CHANNEL, LAYERS, SEA, differences
 from fsi.errors import RunError
 from fsi.ranks.start import from_wheel
-from fsi.record.run_folder import load_run
+from fsi.record.dataset import load_run
 
 ROUND_OFF = 1e-9  # of its largest value, up to which a series differs in its last digits
 CHANNEL_3D = """

@@ -14,7 +14,9 @@ from cases.study.worker import Outcome
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.record.files import new_file
+from fsi.trust import check_bytes
 
+MOST_BYTES = 2**36  # of a dataset that is read
 FILE = "study.nc"
 
 
@@ -114,6 +116,7 @@ def load_results(folder: str | Path):
     file = Path(folder, FILE)
     if not file.is_file():
         raise SceneError(f"{folder} holds no study", fix="give the folder that `fsi sweep` named")
+    check_bytes(file, MOST_BYTES, "give the folder of a smaller study")
     with xarray.open_dataset(file, engine="h5netcdf") as data:
         return data.load()
 

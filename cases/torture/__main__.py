@@ -3,8 +3,8 @@
 Each of six scenes runs once undisturbed. Then its runs are killed at random instants, lose their streams or the room on
 their disk, get their logs damaged and their folders claimed by others. After each mishap what was logged must be readable
 and the same as in the undisturbed run, up to 2 s of wall time before a SIGKILL; runs that were hit are resumed until they
-are done, and all their series (but `wall_time`) and snapshots of particles must then be those of the undisturbed run, bit
-for bit. `--long N` looks at memory and time per step over N steps instead. Exit code 1 where anything was lost.
+are done, and `run.mcap` and `run.rrd` must then be those of the undisturbed run, byte for byte. `--long N` looks at memory
+and time per step over N steps instead. Exit code 1 where anything was lost.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from cases.torture.kills import kills
-from cases.torture.long import long
-from cases.torture.mishaps import damage, full_disk, locks, streams
+from cases.torture.long import long, long_recording
+from cases.torture.mishaps import checkpoints, cost, damage, full_disk, locks, strangers, streams, without_log
 from cases.torture.trial import SCENES, Score, subject
 
 
@@ -37,9 +37,12 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1, help="of the random instants")
     parser.add_argument("--long", type=int, metavar="N", help="memory and time per step over N steps, and nothing else")
+    parser.add_argument(
+        "--recording", action="store_true", help="with --long: steps that are recorded and not computed"
+    )
     options = parser.parse_args()
     if options.long:
-        sys.exit("\n".join(long(options.long)) or 0)
+        sys.exit("\n".join((long_recording if options.recording else long)(options.long)) or 0)
     names, dice = options.names or list(SCENES), random.Random(options.seed)
     if odd := set(names) - SCENES.keys():
         parser.error(f"no scene {min(odd)!r}; there are {', '.join(SCENES)}")
@@ -53,7 +56,7 @@ def main() -> None:
             ]
             for score in _all_tests(name, Path(folder), share, dice):
                 total.setdefault(score.test, Score(score.test)).add(score)
-    _print(total)
+            _print(total)
     sys.exit(any(score.lost for score in total.values()))
 
 
@@ -66,7 +69,11 @@ def _all_tests(name: str, folder: Path, share: list[int], dice: random.Random) -
         streams(it, few, dice),
         full_disk(it, few, dice),
         locks(it, few, dice),
+        without_log(it, few, dice),
         damage(it, many, dice),
+        checkpoints(it, many, dice),
+        strangers(it, few, dice),
+        cost(it),
     ]
     tries, lost = sum(s.tries for s in scores), sum(len(s.lost) for s in scores)
     said = f"{name}: a run takes {it.seconds:.1f} s; {tries} tries, {lost} lost, in {time.perf_counter() - began:.0f} s"

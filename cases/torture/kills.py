@@ -6,15 +6,11 @@ import os
 import random
 import signal
 import time
-from datetime import datetime
 from pathlib import Path
 
-import numpy as np
-
-from cases.torture.trial import Score, Subject, fork, go, is_done, load, prefix_faults, wait
+from cases.torture.trial import Score, Subject, Witness, fork, go, is_done, load, prefix_faults, wait
 from cases.torture.trial import compare as compared
 from fsi.errors import SceneError
-from fsi.record.manifest import read_manifest
 from fsi.resuming import recover
 
 CAUGHT = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP, signal.SIGXCPU)
@@ -24,7 +20,7 @@ BOUND = 2.0  # wall time [s]: what a SIGKILL may take of the log, and what a run
 def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
     """End runs of a scene so many times, half of them by SIGKILL; each run that was hit is resumed until it is done."""
     killed, caught, whole = Score("kills (SIGKILL)"), Score("signals"), Score("resumed runs")
-    reference, attempt, length = load(subject.whole), 0, subject.seconds
+    reference, witness, attempt, length = load(subject.whole), Witness(), 0, subject.seconds
     while killed.tries + caught.tries < count:
         attempt += 1
         folder = subject.new("kill", attempt)
@@ -32,12 +28,12 @@ def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
             number = dice.choice((signal.SIGKILL, dice.choice(CAUGHT)))
             resumed = any(folder.glob("checkpoints/*.checkpoint"))
             whole.counts["resumes"] += resumed
-            sent, ended = _hit(subject, folder, dice.uniform(0.0, 0.7) * length, number, dice.choice((1, 2)))
+            sent, ended = _hit(subject, folder, witness, dice.uniform(0.0, 0.7) * length, number, dice.choice((1, 2)))
             if sent is None:  # it was done before: the machine is less busy than it was
                 length = length if resumed else min(length, 0.5 * (length + ended))
                 continue
             score = killed if number == signal.SIGKILL else caught
-            faults = _look(folder, reference, number, sent)
+            faults = _look(folder, reference, number, witness.last(sent - BOUND * (number == signal.SIGKILL)))
             if number != signal.SIGKILL:
                 caught.slowest_end = max(caught.slowest_end, ended)
                 faults += [f"took {ended:.1f} s to end"] if ended > BOUND else []
@@ -49,11 +45,19 @@ def kills(subject: Subject, count: int, dice: random.Random) -> list[Score]:
     return [killed, caught, whole]
 
 
-def _hit(subject: Subject, folder: Path, after: float, number: int, threads: int) -> tuple[float | None, float]:
+def _hit(
+    subject: Subject, folder: Path, witness: Witness, after: float, number: int, threads: int
+) -> tuple[float | None, float]:
     """Start or resume the run and send it a signal `after` so many seconds: when it was sent, on the clock of files, None where
     the run had ended before; and how long the process took to end since then, or in all [s]."""
     started = time.perf_counter()
-    child = fork(lambda: go(subject.scene, folder, threads))
+    witness.forget()
+
+    def watched() -> int:
+        witness.watch()
+        return go(subject.scene, folder, threads)
+
+    child = fork(watched)
     while time.perf_counter() < started + after:
         if os.waitpid(child, os.WNOHANG)[0]:
             return None, time.perf_counter() - started
@@ -65,12 +69,12 @@ def _hit(subject: Subject, folder: Path, after: float, number: int, threads: int
     return (None, time.perf_counter() - started) if is_done(folder) else (sent, ended)
 
 
-def _look(folder: Path, whole, number: int, killed: float) -> list[str]:
-    """What is wrong with what a signal left."""
+def _look(folder: Path, whole, number: int, known: int) -> list[str]:
+    """What is wrong with what a signal left, of which the frames up to a step must be known."""
     if not (folder / "run.json").exists() or not (folder / "run.mcap").exists():
-        return []  # before the first step
+        return [f"steps up to {known} are not in the log"] if known >= 0 else []
     try:
-        left, facts = load(folder), read_manifest(folder)
+        left = load(folder)
         status = left.attrs["status"]
         faults = [] if status in ("killed", "interrupted") else [f"a run that has ended counts as {status}"]
         if number == signal.SIGKILL:
@@ -79,10 +83,9 @@ def _look(folder: Path, whole, number: int, killed: float) -> list[str]:
             if before.sizes["time"] != left.sizes["time"]:
                 faults.append("recover changed the number of frames")
         faults += prefix_faults(folder, whole, left)
-        if left.sizes.get("time") and not facts.get("resumed"):  # a resumed run has the clock of two runs
-            age = killed - datetime.fromisoformat(facts["started"]).timestamp()
-            if (gap := age - float(np.nanmax(left.wall_time, initial=0.0))) > BOUND:
-                faults.append(f"the last {gap:.1f} s of wall time are not in the log")
+        last = int(left.step[-1]) if left.sizes.get("time") else -1
+        if last < known:
+            faults.append(f"steps {last + 1} to {known} are not in the log")
         return faults
     except (SceneError, OSError, ValueError, KeyError) as fault:
         return [f"{type(fault).__name__}: {fault}"]

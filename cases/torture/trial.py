@@ -16,6 +16,8 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
+from itertools import count
+from mmap import mmap
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +61,7 @@ RECORDING = (
     "xarray",
 )
 DONE, FAILED, REFUSED = 0, 1, 2  # exit codes
+SEEN = 4096  # frames that a witness keeps in mind
 PATIENCE = 120.0  # [s] that a process may take to end
 
 
@@ -72,24 +75,28 @@ class Score:
     lost: list[str] = field(default_factory=list)
     counts: Counter = field(default_factory=Counter)
     slowest_end: float = 0.0  # from a signal to the end of the process [s]
+    dearest: float = 0.0  # share of the run time that checkpoints take
 
     def book(self, where: str, faults: list[str]) -> None:
         """One more try, with what was wrong afterwards."""
         self.tries += 1
         self.survived += not faults
-        self.lost += [f"{self.test}, {where}: {fault}" for fault in faults]
+        self.lost += (lines := [f"{self.test}, {where}: {fault}" for fault in faults])
+        print(*lines, sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
 
     def add(self, other: Score) -> None:
         """Put the score of the same test on another scene to this one."""
         self.tries, self.survived = self.tries + other.tries, self.survived + other.survived
         self.lost, self.counts = self.lost + other.lost, self.counts + other.counts
         self.slowest_end = max(self.slowest_end, other.slowest_end)
+        self.dearest = max(self.dearest, other.dearest)
 
     @property
     def remark(self) -> str:
         """What else was counted, in words."""
         slowest = [f"the slowest ended within {self.slowest_end:.2f} s"] if self.slowest_end else []
-        return ", ".join([*slowest, *(f"{count} {what}" for what, count in self.counts.items())])
+        dearest = [f"at most {100 * self.dearest:.2g} % of the run time"] if self.dearest else []
+        return ", ".join([*slowest, *dearest, *(f"{count} {what}" for what, count in self.counts.items())])
 
 
 @dataclass(frozen=True)
@@ -202,6 +209,33 @@ def wait(child: int, seconds: float = PATIENCE) -> int | None:
     return None
 
 
+class Witness:
+    """Sees which frames a run in another process has computed and when, by memory that both share."""
+
+    def __init__(self) -> None:
+        kind = np.dtype([("step", np.int64), ("time", np.float64)])
+        self._seen = np.frombuffer(mmap(-1, SEEN * kind.itemsize), kind)
+
+    def watch(self) -> None:
+        """In the process of the run: note every frame before it is recorded."""
+        from fsi.record.background import Background
+
+        record, number = Background.series, count()
+
+        def series(recorder, frame) -> None:
+            self._seen[next(number) % SEEN] = frame.step, time.time()
+            record(recorder, frame)
+
+        Background.series = series
+
+    def forget(self) -> None:
+        self._seen[:] = (-1, np.inf)
+
+    def last(self, before: float) -> int:
+        """Step of the last frame that was computed before this time, on the clock of files; -1 where none was."""
+        return int(self._seen["step"][self._seen["time"] < before].max(initial=-1))
+
+
 def is_done(folder: Path) -> bool:
     return (folder / "run.json").exists() and read_manifest(folder)["status"] == "done"
 
@@ -243,8 +277,8 @@ def prefix_faults(folder: Path, whole, left=None) -> list[str]:
     if not (folder / "run.mcap").exists():
         return []
     left = load(folder) if left is None else left
-    count = left.sizes.get("time", 0)
-    return [f"other values: {name}" for name in different(left, whole.isel(time=slice(count)))] if count else []
+    frames = left.sizes.get("time", 0)
+    return [f"other values: {name}" for name in different(left, whole.isel(time=slice(frames)))] if frames else []
 
 
 def _same(a, b) -> bool:

@@ -13,14 +13,17 @@ from pathlib import Path
 from fsi.errors import SceneError, short
 from fsi.extras import version_of
 from fsi.strict_json import dumps, loads
+from fsi.trust import check_bytes
 
 MANIFEST = "run.json"
+MOST_BYTES = 2**28  # of a manifest that is read
 SILENT = 60.0  # wall time [s] without a sign of life, after which a run on another machine counts as killed
 PACKAGES = ("spindrift", "numpy", "numba", "mcap", "mujoco", "rerun-sdk")
 
 
 def read_manifest(path: str | Path) -> dict:
     """The contents of `run.json`. Raises SceneError where the folder holds no run."""
+    check_bytes(Path(path, MANIFEST), MOST_BYTES, "give the folder that `fsi run` named")
     try:
         found = loads(Path(path, MANIFEST).read_text(encoding="utf-8"))
         if not isinstance(found, dict):

@@ -20,6 +20,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.records import Channel, Metadata
 
 from fsi.errors import SceneError
+from fsi.trust import check_bytes
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, CHANNEL, MESSAGE, CHUNK, INDEX, STATISTICS, METADATA = 1, 2, 4, 5, 6, 7, 11, 12  # opcodes
@@ -35,6 +36,7 @@ ENTRY = struct.Struct(
 )  # before each entry of a tail: length and checksum of its records, number of the first message
 LOST = "lost"  # metadata on what damage has taken before the log was written anew
 LIMIT = 2**31  # bytes of the records of a chunk
+MOST_BYTES = 2**36  # of a log that is read, as it is on the disk and unpacked
 SEAL = "crc"  # key of metadata whose value is the checksum of the others
 FACTS = {
     "name",
@@ -77,15 +79,21 @@ def sealed(facts: dict[str, str]) -> dict[str, str]:
 
 
 def read_file(path: Path) -> LogFile:
-    """What can be trusted of a file. Raises SceneError where it cannot be read or nothing of a log is in it."""
+    """What can be trusted of a file and of its tail. Raises SceneError where it cannot be read or holds nothing of a log."""
+    check_bytes(path, MOST_BYTES, "log less often, or without output.cloud")
     try:
+        tail = tail_of(path).read_bytes() if tail_of(path).is_file() else b""  # first: its messages may move to the log
         data = Path(path).read_bytes()
     except OSError as fault:
         raise SceneError(f"cannot be read: {fault.strerror}", file=path, fix="give the folder of a run") from None
     if not data:
         raise SceneError("is empty: the run ended before it wrote anything", file=path, fix="see run.json for why")
     log, places = LogFile(), []
+    unpacked = 0
     for start, end, records in _chunks(data):
+        if (unpacked := unpacked + len(records)) > MOST_BYTES:
+            fault = f"unpacks to more than the {MOST_BYTES / 1e6:.0f} MB that are read"
+            raise SceneError(fault, file=path, fix="log less often, or without output.cloud")
         places.append((start, end))
         log.chunks.append(records)
     if not log.chunks and not data.startswith(MAGIC):
@@ -100,7 +108,7 @@ def read_file(path: Path) -> LogFile:
     for facts in _metadata(data, LOST.encode()):
         log.lost += [tuple(json.loads(text)) for key, text in facts.items() if key != SEAL]
     if not log.closed:
-        _take_tail(log, path, count)
+        _take_tail(log, tail, count)
     return log
 
 
@@ -109,12 +117,8 @@ def tail_of(path: Path) -> Path:
     return Path(path).with_name(f"{Path(path).name}.tail")
 
 
-def _take_tail(log: LogFile, path: Path, count: int) -> None:
+def _take_tail(log: LogFile, data: bytes, count: int) -> None:
     """Put what the tail of a log holds beyond its `count` messages to its chunks."""
-    try:
-        data = tail_of(path).read_bytes()
-    except OSError:
-        return
     at = 0
     while at + ENTRY.size <= len(data):
         length, checksum, first = ENTRY.unpack_from(data, at)

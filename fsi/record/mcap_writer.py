@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,6 +14,8 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from mcap.data_stream import RecordBuilder
+from mcap.records import ChunkIndex
 from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
@@ -41,6 +44,22 @@ class _Stream:
         self._log._file.flush()
 
 
+class _Indices:
+    """The index of every chunk, packed as it will stand in the summary: as objects they would take kilobytes each."""
+
+    def __init__(self) -> None:
+        self._builder = RecordBuilder()
+
+    def append(self, index: ChunkIndex) -> None:
+        index.write(self._builder)
+
+    def __iter__(self) -> Iterator[_Indices]:
+        yield self
+
+    def write(self, builder: RecordBuilder) -> None:
+        builder.write(self._builder.end())
+
+
 class LogWriter:
     """A log that begins with `facts` on the scene. Facts and channels are metadata with a checksum of their own, apart from
     the chunks that may be damaged. OSError where the file cannot be written, or is no longer there."""
@@ -57,6 +76,7 @@ class LogWriter:
         self._tail, self._broken = None, False
         self._file = path.open("wb")
         self._writer = Writer(_Stream(self), chunk_size=CHUNK_BYTES)
+        self._writer._Writer__chunk_indices = _Indices()
         self._writer.start(profile="", library="spindrift")
         self._describe()
         self._file.flush()

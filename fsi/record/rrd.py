@@ -20,7 +20,7 @@ from fsi.record.rrd_bytes import DATA, HEAD, LAYOUT, STORE, messages, packed
 
 rr = require("rerun", "viewer", "output.timeline = true")
 rrb = require("rerun.blueprint", "viewer", "output.timeline = true")
-from rerun.chunk import Chunk  # noqa: E402
+Chunk = rr.chunk.Chunk
 
 APPLICATION = "spindrift"
 ROW = struct.Struct(">QQ")  # name of a row: number of its chunk, number in it

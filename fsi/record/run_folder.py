@@ -155,8 +155,8 @@ def _refuse(path: Path) -> None:
             fault, fix = f"{fault}, which {was}", f"go on with `fsi resume {path}`, or {fix}"
         raise _Occupied(fault, key="--out", fix=fix)
     held = sorted(entry.name for entry in path.iterdir() if entry.name not in LEFT) if path.is_dir() else []
-    if held == ["checkpoints"] and not _resumable(path):
-        held = []
+    if held == ["checkpoints"] and all(entry.suffix == ".new" for entry in (path / "checkpoints").glob("*")):
+        held = []  # what a kill has left
     if held:
         more = f" and {len(held) - 1} more" if len(held) > 1 else ""
         fault = f"{path} holds {held[0]}{more}, which no run of Spindrift has made"

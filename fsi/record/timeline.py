@@ -88,7 +88,7 @@ class TimelineRecorder:
         if self._address:
             self._live = rr.RecordingStream(APPLICATION, recording_id=name, send_properties=False)
             self._live.set_sinks(rr.GrpcSink(self._address), default_blueprint=layout)
-        self._name, self._tail = name, None
+        self._tail, self._tail_encoder = None, Encoder(name, FIRST_OF_TAIL)
         tail_of(self._path).unlink(missing_ok=True)
         if self._keep is None:
             self._file = self._path.open("wb", buffering=0)
@@ -194,10 +194,7 @@ class TimelineRecorder:
         chunks = self._recording.taken()
         self._send(chunks)
         if self._tail is None:
-            self._tail, self._tail_encoder = (
-                tail_of(self._path).open("wb", buffering=0),
-                Encoder(self._name, FIRST_OF_TAIL),
-            )
+            self._tail = tail_of(self._path).open("wb", buffering=0)
             write_all(self._tail, self._tail_encoder.head())
         write_all(self._tail, self._tail_encoder.data(chunks))
         self._shown, self._waiting = len(self._buffer), clock.monotonic()

@@ -150,13 +150,14 @@ def files(folder: Path) -> list[Path]:
 class Checkpoints:
     """Writes checkpoints of a simulation beside it, on a thread of its own: one every `every` seconds of wall time.
 
-    `seconds` is the time that they took of the run so far; faults of the disk go to `say` and cost the checkpoint alone.
+    `seconds` is the time that the run has waited for them so far, `beside` the processor time [s] that `count` of them took
+    beside it; faults of the disk go to `say` and cost the checkpoint alone.
     """
 
     def __init__(self, sim, folder: Path, every: float, say: Callable[[str], None] = lambda line: None):
         self._sim, self._folder, self._every, self._say = sim, folder / FOLDER, every, say
         self._facts = circumstances(sim.scene)
-        self._last, self.seconds, self.bytes = clock.monotonic(), 0.0, 0
+        self._last, self.seconds, self.bytes, self.count, self.beside = clock.monotonic(), 0.0, 0, 0, 0.0
         self._queue: SimpleQueue = SimpleQueue()
         self._thread = Thread(target=self._serve, name="checkpoint", daemon=True)
         self._thread.start()
@@ -201,9 +202,11 @@ class Checkpoints:
     def _serve(self) -> None:
         while (job := self._queue.get()) is not None:
             try:
+                began = clock.thread_time()
                 self._folder.mkdir(exist_ok=True)
                 self.bytes = write(self._folder / f"{job[0]['step']:012d}{SUFFIX}", *job)
                 for old in files(self._folder.parent)[KEPT:]:
                     old.unlink(missing_ok=True)
+                self.count, self.beside = self.count + 1, self.beside + clock.thread_time() - began
             except OSError as fault:
                 self._say(f"no checkpoint at t = {job[0]['time']:.4g} s: {fault.strerror}")

@@ -107,9 +107,13 @@ def _listening() -> Iterator[None]:
 def _tell_heard(sim: Simulation) -> None:
     while _heard:
         sim.report("warning", _heard.popleft())
-    for recorder in sim.recorders:
-        if hasattr(recorder, "new_fault") and (fault := recorder.new_fault()):
-            sim.report("warning", fault)
+    for fault in _faults(sim.recorders):
+        sim.report("warning", fault)
+
+
+def _faults(recorders: list[Recorder]) -> list[str]:
+    """What has gone wrong in recorders that the run does without."""
+    return [fault for recorder in recorders if hasattr(recorder, "new_fault") and (fault := recorder.new_fault())]
 
 
 def goes_on(sim: Simulation) -> bool:
@@ -151,7 +155,8 @@ def _manifest(
     finally:
         facts = {"status": status, "reason": reason, "wall_seconds": sim.now.wall_time, **outcome(sim)}
         if checkpoints:
-            facts["checkpoints"] = {"seconds": checkpoints.seconds, "bytes": checkpoints.bytes}
+            names = ("seconds", "beside", "count", "bytes")
+            facts["checkpoints"] = {name: getattr(checkpoints, name) for name in names}
         try:
             folder.write(**facts)
         except OSError as fault:
@@ -184,18 +189,20 @@ def _closing(recorders: list[Recorder], sim: Simulation, say: Callable[[str], No
     except BaseException as error:
         level, text = ("warning", "interrupted") if isinstance(error, KeyboardInterrupt) else ("error", str(error))
         try:
-            _close(recorders, sim, level, text)
+            _close(recorders, sim, say, level, text)
         except RunError as second:
             say(str(second))
         raise
-    _close(recorders, sim, "info", "done")
+    _close(recorders, sim, say, "info", "done")
 
 
-def _close(recorders: list[Recorder], sim: Simulation, level: str, text: str) -> None:
+def _close(recorders: list[Recorder], sim: Simulation, say: Callable[[str], None], level: str, text: str) -> None:
     try:
         _tell_heard(sim)
         sim.finish(level, text)
     finally:
         for recorder in recorders:
             recorder.end()
-        _tell_heard(sim)
+        for fault in _faults(recorders):  # which no log can take any more
+            sim.events.append(Event(sim.now, "warning", fault))
+            say(fault)

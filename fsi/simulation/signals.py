@@ -28,10 +28,10 @@ def _shielded(number: signal.Signals) -> bool:
     return number.name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN
 
 
-def at_once(say: Callable[[str], None]) -> Interruption:
+def at_once(say: Callable[[str], None], *also: signal.Signals) -> Interruption:
     """Ends the process by its exit code at a signal, for as long as there is nothing to complete: before a run and after it,
-    also within a compiler that Python's handlers have to wait for. SIGINT is left to Python."""
-    numbers = tuple(number for number in CAUGHT if number != signal.SIGINT)
+    also within a compiler that Python's handlers have to wait for. SIGINT is left to Python, unless it is among `also`."""
+    numbers = tuple(number for number in CAUGHT if number != signal.SIGINT or number in also)
     return Interruption(say, lambda name: say(f"stopped by {name}"), numbers, patience=0.0)
 
 

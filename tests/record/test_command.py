@@ -99,6 +99,24 @@ def test_unstable_run_exits_with_1_and_stays_readable(here, solver):
     assert data.attrs["log_complete"] == 1
 
 
+def test_a_run_goes_on_without_its_log_if_told_so(here, solver):
+    """Its result is whole, what was logged before can be read, and the loss is told on stderr and in run.json."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, before[1]))
+    try:
+        result = command("run", "small.toml", "--out", "full", "--set", "output.on_failure=continue")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    lost = "the disk is full: the log could not be written; what came before can be read; the run goes on without it"
+    assert result.exit_code == 0 and f"{lost}\n" in result.stderr, result.output
+    facts = manifest(here / "full")
+    assert (facts["status"], facts["steps"]) == ("done", 100)
+    assert lost in [event["text"] for event in facts["events"]]
+    with pytest.warns(RuntimeWarning, match="missing is what was logged after t"):
+        assert 0 < fsi.load_run("full").sizes["time"] < 100
+
+
 def test_full_disk_exits_with_1(here, solver, monkeypatch):
     """As a limit to the size of files, which the log reaches: run.json still says how the run ended."""
     resource = pytest.importorskip("resource")

@@ -145,6 +145,41 @@ def test_files_without_end_are_refused(here, monkeypatch):
             meshes.mesh_solid(here / file, 2)
 
 
+def test_runs_and_studies_without_end_are_refused(here, monkeypatch):
+    """A log, a log that unpacks to more than it is, a manifest, the clock and a study's dataset."""
+    import zlib
+
+    import zstandard
+
+    from cases.study import results
+    from fsi.record import clock, manifest, mcap_file
+
+    records = bytes(5000)
+    packed = zstandard.compress(records)
+    body = mcap_file.CHUNK_HEAD.pack(6, 40 + len(packed), 0, 0, len(records), zlib.crc32(records))
+    bomb = mcap_file.MAGIC + body + mcap_file.MARK + len(packed).to_bytes(8, "little") + packed
+    for module, name, read in (
+        (mcap_file, "run.mcap", lambda: mcap_file.read_file(here / "run.mcap")),
+        (manifest, "run.json", lambda: manifest.read_manifest(here)),
+        (clock, "run.clock", lambda: clock.read_clock(here / "run.mcap")),
+        (results, results.FILE, lambda: results.load_results(here)),
+    ):
+        monkeypatch.setattr(module, "MOST_BYTES", 4000)
+        (here / name).write_bytes(bytes(4001))
+        with pytest.raises(SceneError, match=r"more than the 0 MB that are read"):
+            read()
+        (here / name).unlink()
+        if name != results.FILE:
+            (here / name).symlink_to("/dev/zero")
+            with pytest.raises(SceneError, match="is no file"):
+                read()
+            (here / name).unlink()
+    (here / "run.mcap").write_bytes(bomb)
+    assert len(bomb) < 200
+    with pytest.raises(SceneError, match="unpacks to more than"):
+        mcap_file.read_file(here / "run.mcap")
+
+
 def test_every_file_is_measured_before_it_is_read(here, monkeypatch):
     """Also one that a file includes, and one that is cut into rows or parsed as code."""
     from bodies import rasters, sizes

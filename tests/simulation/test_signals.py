@@ -17,6 +17,19 @@ from fsi.simulation.signals import CAUGHT, at_once
 
 RUN = [sys.executable, "-m", "fsi", "run", "still_water", "--set", "spacing=0.1", "--set", "output.timeline=false",
        "--threads", "1"]  # fmt: skip
+IMPORTING = """
+import sys, time
+
+class Slow:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            print("importing", flush=True)
+            time.sleep(30)
+
+sys.meta_path.insert(0, Slow())
+from fsi.start import main
+main()
+"""
 COMPILING = """
 import sys, threading, time
 import numba, numpy
@@ -41,6 +54,17 @@ def test_a_signal_ends_the_compiler_too(number):
     child.send_signal(getattr(signal, number))
     _, said = child.communicate(timeout=10)  # 2 s on a machine that is not busy
     assert child.returncode == 143 and said == f"stopped by {number}\n"
+
+
+@pytest.mark.parametrize(("number", "code"), [("SIGTERM", 143), ("SIGINT", 130)])
+def test_a_signal_ends_the_command_while_it_is_imported(number, code):
+    child = subprocess.Popen(
+        [sys.executable, "-c", IMPORTING], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert child.stdout.readline() == "importing\n"
+    child.send_signal(getattr(signal, number))
+    _, said = child.communicate(timeout=10)
+    assert child.returncode == code and said == f"stopped by {number}\n"
 
 
 def test_handlers_are_put_back_and_nohup_is_respected():

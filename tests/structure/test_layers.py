@@ -46,6 +46,7 @@ LAYERS = (  # of fsi, from below; those in one layer know nothing of each other,
     {"resuming"},
     {""},  # fsi itself, the public names
     {"command"},
+    {"start"},
     {"__main__"},
 )
 
