@@ -12,10 +12,11 @@ from bodies.assets import assets
 from bodies.conditions import conditions
 from bodies.flooded import Held, held
 from bodies.geoms import place, triangles
-from bodies.mjcf import GEOM, load_model, moves, name_of, wet_geoms
+from bodies.mjcf import GEOM, for_looks, load_model, moves, name_of, wet_geoms
 from bodies.moorings import moorings_of
 from bodies.reach import Reach
 from bodies.roundness import Roundness, roundness
+from bodies.settings import check_settings
 from bodies.shapes.gap import Gap, between
 from bodies.shapes.primitives import Placed
 from bodies.stepper import Stepper
@@ -53,11 +54,13 @@ class BodySet:
         start_from_keyframes(self.model, self.data, starts)
         model = self.model
         geoms = wet_geoms(model, scene.bodies, source)
+        notes += (looks := for_looks(model, scene.bodies, geoms)).values()
         sizes.check_model(model, geoms, scene, source)
         self._scene = scene
         self._bodies = self.ids = np.array(
             sorted({model.geom_bodyid[g] for g in geoms if moves(model, model.geom_bodyid[g])}), int
         )
+        notes += check_settings(model, self.data, self._bodies, scene, source)
         checks.check_driven(model, geoms, source)
         self.names = tuple(name_of(model, BODY, b) for b in self._bodies)
         self._dry = np.array([b for b in range(model.nbody) if moves(model, b) and b not in self._bodies], int)
@@ -74,6 +77,7 @@ class BodySet:
         self.files = tuple(file for one in scene.bodies.values() for file in assets(one.mjcf))
         self._stepper = Stepper(model, self.data, self._ptos, scene.coupler.tolerance, plane=self.dimension == 2)
         self._moorings = self._stepper.moorings = moorings_of(model, self.data, scene, source)
+        notes += self._moorings.slack(self.data) if self._moorings else []
         self.mooring_names = self._moorings.names if self._moorings else ()
         sizes.check_independent(model, self.inertia(), source)
         self.sensor_names = sensors.names(model)
@@ -84,7 +88,7 @@ class BodySet:
             notes += self._start_at_rest(scene)
             self._solids, labels, said = self._make_solids(geoms, weighed)
         notes += said
-        notes += checks.check_inside(self._solids, labels, self.names, scene, source)
+        notes += checks.check_inside(self._solids, labels, self.names, scene, source, looks)
         self._gaps = self._make_gaps(scene, geoms, source)
         self._insides: dict[int, list[Held]] = {}  # body -> its inside, where it starts dry
         self._held, said = self._make_held(scene)

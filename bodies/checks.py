@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -88,9 +88,12 @@ def check_solids(
     return notes
 
 
-def check_inside(solids: Owned, labels: Sequence[str], names: Sequence[str], scene: Scene, source: object) -> list[str]:
+def check_inside(
+    solids: Owned, labels: Sequence[str], names: Sequence[str], scene: Scene, source: object, looks: Mapping[str, str]
+) -> list[str]:
     """Raise SceneError for a body that reaches beyond the tank, to a hundredth of the spacing, and where no fixed solid
-    meets it; notes on the other fixed ones that do not. It looks at bounds alone, before anything is sampled."""
+    meets it; notes on the other fixed ones that do not. It looks at bounds alone, before anything is sampled. looks:
+    name -> note of geoms that are there to be seen."""
     tank, slack = scene.tank, 0.01 * scene.spacing
     low, high = np.array(tank.min), np.array(tank.max)
     apart, met = {}, False
@@ -110,6 +113,7 @@ def check_inside(solids: Owned, labels: Sequence[str], names: Sequence[str], sce
                 name = names[owner - FIRST_BODY]
                 fault = f"body {name!r} reaches {axis} = {end:.4g} m, beyond the tank's {axis} = {wall:.4g} m"
                 fix = "move it with bodies.NAME.position, or enlarge the tank"
+                fix += f"; {looks[label]}" if label in looks else ""
                 fix = units(label, float((most - least).max()), scene) or fix
                 raise SceneError(fault, key="bodies", file=source, fix=fix)
     if apart and not met:

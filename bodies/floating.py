@@ -52,6 +52,14 @@ class Hull:
         self.place = (whole - motion.position[b]) @ motion.rotation[b]
         self.size = share * self.step**dim * (1.0 if width is None else width)
 
+    def displaced(self, motion: BodyMotion, b: int, level: float) -> tuple[float, np.ndarray]:
+        """Volume and its centre, of `buoyancy`."""
+        position, rotation = motion.position[b], motion.rotation[b]
+        depth = (level - position[2]) / self.step + 0.5 - self.place @ (rotation[2] / self.step)
+        wet = self.size * np.minimum(np.maximum(depth, 0.0), 1.0)
+        volume = float(wet.sum())
+        return volume, position + (rotation @ (wet @ self.place / volume) if volume > 0.0 else 0.0)
+
     def buoyancy(self, motion: BodyMotion, b: int, level: float) -> Buoyancy:
         """With the body where it stands."""
         place = motion.position[b] + self.place @ motion.rotation[b].T
@@ -148,9 +156,10 @@ class Floating:
     def wrenches(self, motion: BodyMotion) -> np.ndarray:
         """Buoyancy as wrenches (b, 6)."""
         wrenches = np.zeros((len(self.hulls), 6))
-        for b, found in enumerate(self.buoyancies(motion)):
-            force = np.array([0.0, 0.0, self.density * self.gravity * found.volume])
-            wrenches[b, :3], wrenches[b, 3:] = force, np.cross(found.centre - motion.position[b], force)
+        for b, hull in enumerate(self.hulls):
+            volume, centre = hull.displaced(motion, b, self._level)
+            force = np.array([0.0, 0.0, self.density * self.gravity * volume])
+            wrenches[b, :3], wrenches[b, 3:] = force, np.cross(centre - motion.position[b], force)
             if self._bodies.dimension == 2:
                 wrenches[b, [1, 3, 5]] = 0.0
         return wrenches

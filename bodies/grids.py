@@ -37,6 +37,7 @@ def grid_solid(scene: Scene, crop: Crop) -> Placed:
     if scene.dimension == 3:
         inside = inside & ((y > tank.min[1] - 0.5 * dr) & (y < tank.max[1] + 0.5 * dr))
     _check_overlap(data, where[inside.ravel()], found[inside], path)
+    gaps = bool(np.isnan(found[inside]).any())
     if place.missing is not None:
         found = np.where(np.isnan(found), place.missing, found)
     _check_missing(found, inside, x, y, path)
@@ -44,7 +45,10 @@ def grid_solid(scene: Scene, crop: Crop) -> Placed:
     _check_height(heights[inside], scene, path)
     bottom = min(float(heights.min()), low[-1]) - 10 * dr
     box = low, high
-    return terrain(x, y, heights, bottom, box) if scene.dimension == 3 else profile(x, heights[:, 0], bottom, box)
+    solid = terrain(x, y, heights, bottom, box) if scene.dimension == 3 else profile(x, heights[:, 0], bottom, box)
+    if place.missing is not None and not gaps:
+        solid.notes = ("tank.grid.missing: has no effect: the file has data all over the tank",)
+    return solid
 
 
 def to_file(points: np.ndarray, place: Grid) -> np.ndarray:

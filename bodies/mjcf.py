@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -47,7 +47,11 @@ def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
     path = ", ".join(str(file.mjcf) for file in files.values())
     for key, file in files.items():
         part = reading.read(file, gravity, f"bodies.{key}.mjcf", source, notes)
-        if several or any(one.name == "start" for one in part.keys):
+        named = [one.name for one in part.keys]
+        if named and "start" not in named:
+            other = f"keyframe {named[0]!r} has no effect"
+            notes.append(f"{file.mjcf.name}: {other}: bodies start from one called 'start', or else as drawn")
+        if several or "start" in named:
             alone[key] = _compile(part, file.mjcf)
             starts[f"{key}/" if several else ""] = Start(alone[key], file.position)
         reading.settle(part, file)
@@ -74,6 +78,9 @@ def _load(files: Mapping[str, BodyFile], gravity: float, source: object):
     return model, starts, weighed, notes
 
 
+NAME_WET = 'if it is not meant to be, name those that are in the file: <custom><tuple name="wet">...'
+
+
 def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: object) -> list[int]:
     """Ids of the wet geoms, file by file: those in its tuple named "wet", or without one all geoms of bodies that move.
 
@@ -97,7 +104,21 @@ def wet_geoms(model: mujoco.MjModel, files: Mapping[str, BodyFile], source: obje
         if not model.tuple_size[index]:
             raise _dry(model, [], prefix, key, file, source)
         geoms += model.tuple_objid[members].tolist()
-    return geoms
+    return list(dict.fromkeys(geoms))
+
+
+def for_looks(model: mujoco.MjModel, files: Mapping[str, BodyFile], geoms: Sequence[int]) -> dict[str, str]:
+    """Name -> note of each wet geom that no tuple names and that touches nothing where others of its body do, as geoms that
+    are there to be seen."""
+    touches = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    named = [f"{key}/" if len(files) > 1 else "" for key in files]
+    named = [prefix for prefix in named if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TUPLE, f"{prefix}wet") >= 0]
+    found = {}
+    for geom in geoms:
+        name, beside = name_of(model, GEOM, geom), model.geom_bodyid == model.geom_bodyid[geom]
+        if not touches[geom] and touches[beside].any() and not any(map(name.startswith, named)):
+            found[name] = f"geom {name!r} touches nothing, as one for looks, and is wet: {NAME_WET}"
+    return found
 
 
 def _dry(model: mujoco.MjModel, fixed: list[int], prefix: str, key: str, file: BodyFile, source: object) -> SceneError:

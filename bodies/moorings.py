@@ -42,6 +42,16 @@ class Line:
         """Where its fairlead is (3,) [m]."""
         return data.xpos[self.body] + data.xmat[self.body].reshape(3, 3) @ self.point
 
+    def slack(self, data: mujoco.MjData) -> str:
+        """A note where it is a spring whose ends are nearer to each other than it is long; empty elsewhere."""
+        apart = float(np.linalg.norm(self.place(data) - self._anchor))
+        if self._weight or apart >= self._length * (1 - NEAR):
+            return ""
+        return (
+            f"mooring {self.name!r} has no weight and is {self._length:g} m long between ends {apart:.4g} m apart: "
+            "it pulls only once they are farther apart than that"
+        )
+
     def pull(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Force on a fairlead at `place` (3,) [N] and its stiffness -dF/dx (3, 3) [N/m]. Raises RunError where there is no such
         line."""
@@ -89,6 +99,10 @@ class Moorings:
     def __init__(self, model: mujoco.MjModel, lines: list[Line]):
         self._model, self._lines = model, lines
         self.names = tuple(line.name for line in lines)
+
+    def slack(self, data: mujoco.MjData) -> list[str]:
+        """A note on each line that does not pull at the start."""
+        return [note for line in self._lines if (note := line.slack(data))]
 
     def tensions(self, data: mujoco.MjData) -> np.ndarray:
         """At the fairleads (lines,) [N]."""

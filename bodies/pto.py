@@ -80,6 +80,16 @@ class Table:
         force = self._at(n, v)
         return Pull(force, 0.0, _steepest(-self._slope[n], force, self._at(self._row(0.0), 0.0), v))
 
+    def drives(self) -> str:
+        """Where the table pushes the joint along its motion, empty where it nowhere does."""
+        v, rest = self._velocity, self._at(self._row(0.0), 0.0)
+        power = (self._force - rest) * v
+        if not (power > 0).any():
+            return ""
+        row = int(power.argmax())
+        force = f"{self._force[row]:g} at the velocity {v[row]:g}"
+        return f"the force {force} drives the joint; one that absorbs has the other sign"
+
     def _row(self, v: float) -> int:
         return int(np.clip(np.searchsorted(self._velocity, v) - 1, 0, len(self._slope) - 1))
 
@@ -169,6 +179,8 @@ class PowerTakeOffs:
                     self.notes.append(
                         f"{keys[joint]}: {chosen.function} is not run by a check, and its force is taken as 0"
                     )
+                if isinstance(kind, Table) and (driven := kind.drives()):
+                    self.notes.append(f"{keys[joint]}.file: {driven}")
         self.dofs = np.array(sorted(self._kinds), int)
         self._position = model.jnt_qposadr[model.dof_jntid] if model.nv else np.zeros(0, int)
         self._latching = {dof: kind for dof, kind in self._kinds.items() if isinstance(kind, Latching)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
@@ -11,8 +12,10 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.scene.model import GRIDS
+from fsi.trust import check_bytes
 
 MOST = 50e6  # cells that are read
+MOST_BYTES = 500e6  # of heights as text
 HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 Window = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a rectangle, each (2,) [m]
 
@@ -96,7 +99,13 @@ def read(path: Path, window: Window, size: float) -> Heights:
     kind = path.suffix.lower()
     if kind not in GRIDS:
         raise SceneError(f"{kind!r} is no grid", key="tank.bathymetry", file=path, fix=f"use one of {', '.join(GRIDS)}")
-    found = _tiff(path, window) if kind in (".tif", ".tiff") else (_asc if kind == ".asc" else _xyz)(path)
+    if kind in (".tif", ".tiff"):
+        found = _tiff(path, window)
+    else:
+        check_bytes(
+            path, MOST_BYTES, "cut it to the tank, or save it as GeoTIFF, of which only the tank's part is read"
+        )
+        found = _asc(path) if kind == ".asc" else _xyz(path)
     return found.coarser(size) if isinstance(found, Raster) else found
 
 
@@ -194,11 +203,10 @@ def _check_projection(source, path: Path) -> None:
 
 def _numbers(path: Path, skip: int) -> np.ndarray:
     """A table of numbers, after `skip` lines; blanks, commas or semicolons between them."""
-    text = path.read_text(encoding="utf-8", errors="replace").split("\n", skip)[-1]
-    if "," in (head := text[:1000]) or ";" in head:
-        text = text.replace(",", " ").replace(";", " ")
     try:
-        return np.loadtxt(text.splitlines(), ndmin=2)
+        with path.open(encoding="utf-8", errors="replace") as lines:
+            rows = (line.replace(",", " ").replace(";", " ") for line in islice(lines, skip, None))
+            return np.loadtxt(rows, ndmin=2)
     except ValueError as error:
         raise _malformed(f"holds something that is no number ({str(error).partition(';')[0]})", path) from None
 

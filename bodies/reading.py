@@ -16,6 +16,7 @@ from fsi.scene.model import BodyFile
 from fsi.trust import check_bytes
 
 OFF, ON, INTEGRATOR = mujoco.mjtDisableBit, mujoco.mjtEnableBit, mujoco.mjtIntegrator
+LEAST_STEP = 1e-6  # [s]
 MOST_BYTES = 500e6  # of a mesh, a height field or a texture
 SWITCHED_OFF = {  # flag -> what a file that disables it goes without
     OFF.mjDSBL_CONSTRAINT: (
@@ -64,6 +65,9 @@ def read(file: BodyFile, gravity: float, key: str, source: object, notes: list[s
     if not 0.0 < option.timestep < math.inf:
         fault, fix = f"timestep is {option.timestep:g} s", "give it a positive value, or leave it out"
         raise SceneError(fault, key="option", file=path, fix=fix)
+    if option.timestep < LEAST_STEP:
+        fault = f"timestep is {option.timestep:g} s: a step of the fluid would take thousands of them"
+        raise SceneError(fault, key="option", file=path, fix=f"give {LEAST_STEP:g} s or more, or leave it out")
     notes += _flags(option, path.name)
     _name(spec)
     if option.integrator == INTEGRATOR.mjINT_EULER:  # MuJoCo's default

@@ -10,11 +10,13 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from bodies.assets import WHOLE
 from fsi.compute.memory import free_memory
 from fsi.errors import SceneError
 from fsi.scene.check_size import BYTES_PER_PARTICLE, fluid_particles
 from fsi.scene.geometry import fluid_volume
 from fsi.scene.model import Scene
+from fsi.trust import check_bytes
 
 MOST_BYTES = 50e6  # of an MJCF file
 MOST_ELEMENTS = 20_000  # in it, copies of <replicate>, <composite> and <flexcomp> among them
@@ -30,17 +32,15 @@ MILLIMETRES = 'MJCF is in metres; a mesh in millimetres takes scale="0.001 0.001
 
 
 def check_file(path: Path) -> None:
-    """Raise SceneError for an MJCF file that would grow beyond measure when it is compiled. One that is no XML passes:
-    MuJoCo says more about it."""
-    if (size := path.stat().st_size) > MOST_BYTES:
-        raise SceneError(f"{size / 1e6:.0f} MB", file=path, fix=f"give at most {MOST_BYTES / 1e6:.0f} MB of MJCF")
-    try:
-        root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, ValueError, RecursionError, LookupError):
-        return
-    total, joints, open_elements = 0.0, 0.0, [(root, 1.0, 1)]
+    """Raise SceneError for an MJCF file that would grow beyond measure when it is compiled, with the files that it includes
+    where it includes them, and the models that it attaches. One that is no XML passes: MuJoCo says more about it."""
+    total, joints, seen, open_elements = 0.0, 0.0, {path}, [(_root(path), 1.0, 1)]
     while open_elements:
         element, copies, depth = open_elements.pop()
+        named = path.parent / element.get("file", "") if element.tag in WHOLE else path
+        if named not in seen:  # MuJoCo refuses a second include of it
+            seen.add(named)
+            open_elements.append((_root(named), copies, depth))
         _check_values(element, path)
         total += copies
         joints += copies * FREEDOM.get(element.get("type", "hinge") if element.tag == "joint" else element.tag, 0)
@@ -57,6 +57,15 @@ def check_file(path: Path) -> None:
         open_elements += [(child, copies, depth + 1) for child in element]
         if element.tag in ("composite", "flexcomp"):
             total += copies
+
+
+def _root(path: Path) -> ElementTree.Element:
+    """The outermost element of an MJCF file, an empty one for what is none. Raises SceneError for a file that is too long."""
+    check_bytes(path, MOST_BYTES, "give less MJCF")
+    try:
+        return ElementTree.parse(path).getroot()
+    except (OSError, ElementTree.ParseError, ValueError, RecursionError, LookupError):
+        return ElementTree.Element("mujoco")
 
 
 def _copies(element: ElementTree.Element) -> float:

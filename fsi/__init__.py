@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # what type checkers and editors see
     from fsi.environment import Environment
     from fsi.errors import RunError, SceneError
-    from fsi.record.run_folder import load_run
+    from fsi.record.dataset import load_run
     from fsi.resuming import resume
     from fsi.runner import Run, bench, check, report, run, sweep, validate
     from fsi.scene.file import load_scene
@@ -36,7 +36,7 @@ _HOMES = {
     "Session": "fsi.session",
     "open": "fsi.session",
     "resume": "fsi.resuming",
-    "load_run": "fsi.record.run_folder",
+    "load_run": "fsi.record.dataset",
 }
 
 __all__ = [

@@ -20,7 +20,8 @@ from fsi import plugins, runner
 from fsi.errors import RunError, SceneError, short
 from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
-from fsi.record.run_folder import export, read_manifest
+from fsi.record.export import export
+from fsi.record.manifest import read_manifest
 from fsi.record.viewer import WebViewer, open_browser, open_window, recording_of
 from fsi.scene.check_floating import floating_lines
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml

@@ -209,8 +209,8 @@ class Halo(Protocol):
     its own across a periodic axis. Kernels treat them like all other particles; what a sweep computes for them is
     overwritten by `refresh` with what their sources have.
 
-    A step calls `exchange` before the particles are sorted, `locate` after, `refresh` after every sweep whose results the next
-    one reads from neighbours, and `drop` at its end.
+    A step calls `exchange` before the particles are sorted, `locate` after, `sweep` or `refresh` for every sweep whose results
+    the next one reads from neighbours, and `drop` at its end.
     """
 
     room: float  # memory to provide, over that for the particles at the start
@@ -231,6 +231,10 @@ class Halo(Protocol):
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """Give the rows (n, ...) of the ghosts what their sources have in these columns."""
+
+    def sweep(self, run, near, rows: np.ndarray, columns: slice) -> None:
+        """Call run(bounds, groups) over the groups of `near` (`fsi.particles.neighbours.Neighbours`) whose sums somebody needs,
+        and `refresh` these columns of `rows`, which it fills for each particle by itself, as soon as that can be."""
 
     def holds(self, position: np.ndarray) -> np.ndarray | None:
         """Which boundary particles at these places (b, dim) this fluid counts the forces on, so that several fluids that all

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from fsi.errors import SceneError
 from fsi.messages import Messages
-from fsi.record.run_folder import RunFolder, damage_of, liveness, process
+from fsi.record.dataset import damage_of
+from fsi.record.manifest import liveness, process
+from fsi.record.run_folder import RunFolder
 from fsi.runner import Run, finish, opened
 from fsi.scene.file import load_scene
 from fsi.simulation import checkpoint
@@ -30,8 +32,8 @@ def resume(
     ranks: Any = None,
 ) -> Run:
     """Go on with the run of a folder from its last checkpoint, in the same folder, to `until` [s] (the scene's duration if
-    not given). The log is cut back to the checkpoint, so that the series and the snapshots of particles are those of a run
-    that was never stopped, bit for bit; `wall_time` apart. `trust` lets the Python code run that the scene names (`fsi.trust`).
+    not given). The log is cut back to the checkpoint, so that its files at the end are those of a run that was never
+    stopped, bit for bit; `run.clock` and `run.json` apart. `trust` lets the Python code run that the scene names (`fsi.trust`).
     A controller that was given to `fsi.run` in Python has to be given again, as a fresh object.
 
     Raises SceneError where the run goes on elsewhere, has ended, has no checkpoint, or one of another scene or version;
@@ -68,7 +70,7 @@ def _go_on(
     from fsi.record.background import open_recorders
     from fsi.simulation.loop import Simulation
 
-    recorders = opened(ranks, open_recorders, scene, path, None, facts["log"])
+    recorders = opened(ranks, open_recorders, scene, path, None, state.pop("log"))
     threads = ranks.threads(threads) if ranks else threads
     sim = Simulation(scene, recorders=recorders, threads=threads, ranks=ranks)
     if controller is not None:
@@ -83,12 +85,7 @@ def _go_on(
     again = [*manifest.get("resumed", []), {"time": facts["time"], "step": facts["step"], "was": status}]
     folder.write(status="running", reason="", resumed=again, threads=sim.threads, **process())
     say(f"going on in {path} from t = {facts['time']:.4g} s, step {facts['step']}")
-    result = finish(sim, folder, recorders, scene.duration if until is None else until, say, quiet=quiet)
-    if result.status == "done" and scene.output.timeline and (ranks is None or ranks.root):
-        from fsi.record.timeline_reader import mend
-
-        mend(path / "run.rrd")
-    return result
+    return finish(sim, folder, recorders, scene.duration if until is None else until, say, quiet=quiet)
 
 
 def recover(directory: str | Path) -> str:
@@ -109,6 +106,10 @@ def recover(directory: str | Path) -> str:
 
         damage = damage_of(read_log(log), folder.manifest)
         count, whole = rewrite(log)
+        if (recording := path / "run.rrd").is_file():
+            from fsi.record.timeline_reader import cut_off
+
+            cut_off(recording)
     return f"{log}: {count} messages, {'was complete' if whole else 'now complete'}" + (damage and f"; {damage}")
 
 

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any, Literal
 from fsi.errors import SceneError
 from fsi.messages import Messages
 from fsi.plugins import function
-from fsi.record.run_folder import RunFolder, load_run
+from fsi.record.dataset import load_run
+from fsi.record.run_folder import RunFolder
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids, no_timeline
 from fsi.scene.check_floating import afloat, narrow
-from fsi.scene.file import load_scene, scene_folder
+from fsi.scene.file import load_scene, namesakes, scene_folder
 from fsi.scene.model import Scene
 from fsi.scene.paths import outside_notes
 from fsi.trust import checking, trusting
@@ -270,10 +271,10 @@ def _load(
 
 
 def _outside(scene: Scene, source: Scene | str | Path, bodies) -> list[str]:
-    """Notes on files outside the folder of the scene file; a scene that was made in Python has no folder."""
+    """Notes on which file is the scene, and on those outside its folder; a scene that was made in Python has none."""
     if isinstance(source, Scene):
         return []
-    return outside_notes(scene, scene_folder(source), getattr(bodies, "files", ()))
+    return namesakes(source) + outside_notes(scene, scene_folder(source), getattr(bodies, "files", ()))
 
 
 def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:

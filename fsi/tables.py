@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -9,8 +10,29 @@ from pathlib import Path
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.trust import check_bytes
 
 MOST_BYTES = 2e8  # of a table's text; 10 million rows
+UNIT = re.compile(r"[\[(]\s*([^\W\d]+|°)(?:\s*/\s*s)?\s*[\])]")  # in a head such as `position [mm]`
+OTHER_UNITS = {
+    "ms",
+    "us",
+    "min",
+    "h",
+    "hr",
+    "mm",
+    "cm",
+    "dm",
+    "km",
+    "in",
+    "inch",
+    "ft",
+    "deg",
+    "degree",
+    "degrees",
+    "°",
+}
+OTHER_UNITS |= {"khz", "rpm", "kn", "kgf", "lbf", "mn", "knm"}
 
 
 def read_table(file: Path, columns: Sequence[str], least: int) -> np.ndarray:
@@ -21,8 +43,7 @@ def read_table(file: Path, columns: Sequence[str], least: int) -> np.ndarray:
     """
     fix = f"give {' and '.join(columns)} in comma-separated columns under one header line, sorted by {columns[0]}"
     try:
-        if (size := file.stat().st_size) > MOST_BYTES:
-            raise SceneError(f"{size / 1e6:.0f} MB of table", file=file, fix=f"give at most {MOST_BYTES / 1e6:.0f} MB")
+        check_bytes(file, MOST_BYTES, "give fewer rows")
         text = file.read_text(encoding="utf-8-sig")
     except OSError as fault:
         raise SceneError(f"cannot be read: {fault.strerror}", file=file, fix=fix) from None
@@ -51,8 +72,12 @@ def _faults(lines: Sequence[str], rows: np.ndarray | None, columns: Sequence[str
     if not filled:
         yield "is empty"
         return
-    if all(map(_is_number, lines[0].split(","))):
+    heads = lines[0].split(",")
+    if all(map(_is_number, heads)):
         yield f"row 1: has numbers, {lines[0].strip()!r}, where a header line belongs"
+    for name, head in zip(columns, heads, strict=False):
+        if (unit := UNIT.search(head)) and unit[1].lower() in OTHER_UNITS:
+            yield f"row 1, column {name}: is in {unit[1]}, and is read in units of the SI (m, s, rad, Hz, N); convert it"
     if rows is None:
         for number in filled[filled[0] == 1 :]:
             yield from _odd(number, _content(lines[number - 1]).split(","), columns)

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from fsi.errors import SceneError
-from fsi.trust import may_run
+from fsi.trust import check_bytes, may_run
+
+MOST_BYTES = 10e6  # of a file of code
 
 
 def load(place: Path, key: str, source: object) -> Callable[..., Any] | None:
@@ -20,6 +22,7 @@ def load(place: Path, key: str, source: object) -> Callable[..., Any] | None:
         fix = 'write function = "FILE.py:NAME", the file relative to the scene\'s'
         raise SceneError(f"no file {path or name!r}", key=f"{key}.function", file=source, fix=fix)
     file = Path(path)
+    check_bytes(file, MOST_BYTES, "put data into a file of its own")
     if not may_run(file, f"{key}.function", source):
         _refuse_unknown(name, _defined(file), file, key, source)
         return None

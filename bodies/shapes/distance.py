@@ -7,28 +7,30 @@ doi:10.1109/TVCG.2005.49), which is exact for closed meshes; in 2D it is even-od
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from bodies.shapes import tree
 from bodies.shapes.shells import merged
+from bodies.shapes.tree import WIDE, to_drums
+from fsi.compute.jit import exact
 
 
 class TriangleTree:
-    """Bounding-box tree over a closed mesh with outward triangles: vertices (n, 3), triangles (m, 3)."""
+    """Tree over a closed mesh with outward triangles: vertices (n, 3), triangles (m, 3)."""
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray):
         corners = vertices[triangles]
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         triangles, corners = triangles[area > 0], corners[area > 0]
-        order, lower, upper, self._link = tree.build(corners)
-        self._boxes = np.hstack([lower, upper])
+        order, _, _, link = tree.build(corners)
         self._corners = np.ascontiguousarray(corners[order])
+        self._origin = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
+        self._tree = tree.bundles(self._corners, link, self._origin)
         self._normals = _pseudonormals(vertices, triangles)[order]
 
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Signed distance (n,), negative inside, and closest surface point (n, 3) of points (n, 3)."""
         points = np.ascontiguousarray(points, dtype=float)
-        return _nearest_triangle(points, self._corners, self._normals, self._boxes, self._link)
+        return _nearest_triangle(points, self._corners, self._normals, self._origin, *self._tree)
 
 
 def _pseudonormals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -54,27 +56,27 @@ def _pseudonormals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.concatenate([face[:, None], at_edge[edge], at_vertex[index]], axis=1)
 
 
-@njit(cache=True)
+@exact
 def _minus(a, b):
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit(cache=True)
+@exact
 def _along(a, b, s):
     return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
 
 
-@njit(cache=True)
+@exact
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@exact
 def _row(array, i):
     return array[i, 0], array[i, 1], array[i, 2]
 
 
-@njit(cache=True)
+@exact
 def _closest_on_triangle(p, a, b, c):
     """Closest point of a triangle, and the feature it lies on: 0 face, 1-3 edges, 4-6 corners (Ericson 2005, 5.1.5)."""
     ab, ac = _minus(b, a), _minus(c, a)
@@ -97,24 +99,15 @@ def _closest_on_triangle(p, a, b, c):
     return _along(_along(a, ab, vb * scale), ac, vc * scale), 0
 
 
-@njit(cache=True)
-def _to_box(p, boxes, k):
-    """Squared distance of a point to box k."""
-    x = max(boxes[k, 0] - p[0], 0.0, p[0] - boxes[k, 3])
-    y = max(boxes[k, 1] - p[1], 0.0, p[1] - boxes[k, 4])
-    z = max(boxes[k, 2] - p[2], 0.0, p[2] - boxes[k, 5])
-    return x * x + y * y + z * z
-
-
-@njit(cache=True)
+@exact
 def _corner(corners, t, k):
     return corners[t, k, 0], corners[t, k, 1], corners[t, k, 2]
 
 
-@njit(cache=True)
-def _nearest_triangle(points, corners, normals, boxes, link):
+@exact
+def _nearest_triangle(points, corners, normals, origin, drums, child, leaf):
     distance, closest = np.empty(len(points)), np.empty((len(points), 3))
-    stack, away = np.empty(256, np.int64), np.empty(256)
+    stack, away, lanes = np.empty(256, np.int64), np.empty(256), np.empty(WIDE, np.float32)
     triangle = 0
     for i in range(len(points)):
         p = _row(points, i)
@@ -123,26 +116,36 @@ def _nearest_triangle(points, corners, normals, boxes, link):
         )
         gap = _minus(p, foot)
         best = _dot(gap, gap)
-        stack[0], away[0], top = 0, _to_box(p, boxes, 0), 1
+        x, y, z = p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]
+        stack[0], away[0], top = 0, 0.0, 1
         while top > 0:
             top -= 1
+            row = stack[top]
             if away[top] >= best:
                 continue
-            left, right = link[stack[top], 0], link[stack[top], 1]
-            if left >= 0:
-                near, far = _to_box(p, boxes, left), _to_box(p, boxes, right)
-                if near < far:
-                    left, right, near, far = right, left, far, near
-                stack[top], away[top], stack[top + 1], away[top + 1] = left, near, right, far
-                top += 2
+            to_drums(x, y, z, drums, row, lanes)
+            if leaf[row]:
+                for c in range(WIDE):
+                    if lanes[c] >= best:
+                        continue
+                    t = child[row, c]
+                    q, kind = _closest_on_triangle(
+                        p, _corner(corners, t, 0), _corner(corners, t, 1), _corner(corners, t, 2)
+                    )
+                    gap = _minus(p, q)
+                    if _dot(gap, gap) < best:
+                        best, triangle, feature, foot = _dot(gap, gap), t, kind, q
                 continue
-            for t in range(-left - 1, -right - 1):
-                q, kind = _closest_on_triangle(
-                    p, _corner(corners, t, 0), _corner(corners, t, 1), _corner(corners, t, 2)
-                )
-                gap = _minus(p, q)
-                if _dot(gap, gap) < best:
-                    best, triangle, feature, foot = _dot(gap, gap), t, kind, q
+            below, least = top, top
+            for c in range(WIDE):
+                if lanes[c] < best:
+                    stack[top], away[top] = child[row, c], lanes[c]
+                    least = top if away[top] < away[least] else least
+                    top += 1
+            if top > below:  # the nearest first
+                last = top - 1
+                stack[least], stack[last] = stack[last], stack[least]
+                away[least], away[last] = away[last], away[least]
         n = (normals[triangle, feature, 0], normals[triangle, feature, 1], normals[triangle, feature, 2])
         outside = _dot(_minus(p, foot), n) >= 0.0
         distance[i] = np.sqrt(best) if outside else -np.sqrt(best)
@@ -150,7 +153,7 @@ def _nearest_triangle(points, corners, normals, boxes, link):
     return distance, closest
 
 
-@njit(cache=True)
+@exact
 def nearest_segment(points, start, end):
     """Signed distance (n,), negative inside, and closest point (n, 2) of points (n, 2) to closed polygons given by
     their segments, start (m, 2) to end (m, 2) in any order."""

@@ -59,10 +59,14 @@ def _row(
     settled between their neighbours at depths that lie `between` two [m]."""
     points = thinning.apart(points, 0.08 * spacing, points[:0])  # equally dense along the lines
     chosen = np.vstack([fixed, thinning.apart(points, 0.9 * spacing, fixed)])
+    good, before = np.zeros(len(chosen) - len(fixed), bool), np.full((len(chosen) - len(fixed), points.shape[1]), np.nan)
     for _ in range(60 if len(chosen) > len(fixed) else 0):
         centre = thinning.centres(points, chosen, 1.5 * spacing)[len(fixed) :]
-        depth = -nearest(centre)[0]
-        good = (depth > between[0]) & (depth < between[1])
+        moved = np.flatnonzero((centre != before).any(axis=1))
+        if len(moved) == 0:
+            break
+        depth, before = -nearest(centre[moved])[0], centre
+        good[moved] = (depth > between[0]) & (depth < between[1])
         chosen[len(fixed) :][good] = centre[good]
     return chosen
 
@@ -74,8 +78,8 @@ def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarr
     place, faces = points.copy(), np.zeros(n, dtype=int)
     normal, level = np.zeros((n, dim, dim)), np.zeros((n, dim))
     rest = np.arange(n)
+    distance, foot = nearest(place)
     for k in range(dim):
-        distance, foot = nearest(place[rest])
         clear = np.abs(distance) > 1e-6 * target
         rest, distance, foot = rest[clear], distance[clear], foot[clear]
         normal[rest, k] = inward(place[rest], foot, distance)
@@ -84,9 +88,10 @@ def _meet(nearest: Nearest, points: np.ndarray, target: float) -> tuple[np.ndarr
         rest = rest[np.all(slope < SHARP, axis=1)]
         short = level[rest, : k + 1] - np.einsum("nik,nk->ni", normal[rest, : k + 1], place[rest])
         place[rest] += _least(normal[rest, : k + 1], short)
-        there = np.abs(nearest(place[rest])[0] + target) < 0.01 * target
+        distance, foot = nearest(place[rest])
+        there = np.abs(distance + target) < 0.01 * target
         faces[rest[there]] = k + 1
-        rest = rest[~there]
+        rest, distance, foot = rest[~there], distance[~there], foot[~there]
     faces[faces < 2] = 0
     return place, faces
 

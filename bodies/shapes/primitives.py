@@ -120,6 +120,7 @@ class Placed:
     def __init__(self, shape: Shape, origin: np.ndarray, axes: np.ndarray):
         self.shape, self._origin, self._axes = shape, origin, axes
         self.name = ""  # of its geom
+        self.notes: tuple[str, ...] = ()  # on what was asked for and has no effect
         self.others: tuple[Solid, ...] = ()
         self.sampled = cache(self._sample)  # (spacing, layers) -> particles (n, dim) before any is left out
         self._trimmed = cache(self._trim)

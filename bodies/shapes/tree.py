@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-LEAF = 8  # triangles in a leaf of the tree
+from fsi.compute.jit import exact
+from fsi.compute.lanes import load, maximum, sqrt, store
+
+LEAF = WIDE = 8  # triangles in a leaf of the tree, and children of a node that are looked at together
+ROUNDING, FAR = 1e-6, 1e18  # of single precision, a few bits; farther than anything, with a square in single precision
 
 
 def build(corners: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -15,7 +18,7 @@ def build(corners: np.ndarray) -> tuple[np.ndarray, ...]:
     return _build(low, high, (low + high) / 2)
 
 
-@njit(cache=True)
+@exact
 def _build(low, high, centre):
     n = len(low)
     order = np.arange(n)
@@ -47,7 +50,7 @@ def _build(low, high, centre):
     return order, lower[:count].copy(), upper[:count].copy(), link[:count].copy()
 
 
-@njit(cache=True)
+@exact
 def _select(order, centre, axis, left, right, middle):
     """Hoare's selection: no key before `middle` is above the one there, none after it below."""
     while left < right:
@@ -69,6 +72,92 @@ def _select(order, centre, axis, left, right, middle):
             return
 
 
+def bundles(corners: np.ndarray, link: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The tree over triangles (m, 3, 3) in its order, with up to WIDE children a node, side by side for vector lanes: cylinders
+    around the children of a node or the triangles of a leaf, flat (n 8 WIDE,), the eight numbers of `_drum` about the `origin`
+    (3,); their numbers (n, WIDE), and which are leaves (n,). The axis is the mean normal, so that what is nearly flat has a
+    flat cylinder. They are in single precision and wider by what that may miss."""
+    margin = ROUNDING * float(np.abs(corners - origin).max(initial=0.0))
+    drums, child, leaf = _bundles(corners - origin, link, margin)
+    return drums.reshape(-1), child, leaf
+
+
+@exact
+def _bundles(corners, link, margin):
+    nodes = np.empty((len(link), 8))
+    first, end = np.empty(len(link), np.int64), np.empty(len(link), np.int64)
+    for node in range(len(link) - 1, -1, -1):  # children come after their parent
+        left, right = link[node, 0], link[node, 1]
+        first[node], end[node] = (first[left], end[right]) if left >= 0 else (-left - 1, -right - 1)
+        _drum(corners, first[node], end[node], margin, nodes[node])
+    drums, child = np.zeros((len(link), 8, WIDE), np.float32), np.zeros((len(link), WIDE), np.int64)
+    drums[:, 7], leaf = -FAR, np.zeros(len(link), np.bool_)
+    pending, own, below = np.empty((len(link), 2), np.int64), np.empty(8), np.empty(WIDE, np.int64)
+    pending[0, 0], pending[0, 1], top, count = 0, 0, 1, 1
+    while top > 0:
+        top -= 1
+        node, row = pending[top, 0], pending[top, 1]
+        if link[node, 0] < 0:
+            leaf[row] = True
+            for c, t in enumerate(range(first[node], end[node])):
+                _drum(corners, t, t + 1, margin, own)
+                drums[row, :, c], child[row, c] = own, t
+            continue
+        below[0], many = node, 1
+        for _ in range(3):
+            for c in range(many):
+                if link[below[c], 0] >= 0:
+                    below[c], below[many] = link[below[c], 0], link[below[c], 1]
+                    many += 1
+        for c in range(many):
+            drums[row, :, c], child[row, c] = nodes[below[c]], count
+            pending[top, 0], pending[top, 1] = below[c], count
+            top, count = top + 1, count + 1
+    return drums[:count].copy(), child[:count].copy(), leaf[:count].copy()
+
+
+@exact
+def _drum(corners, first, end, margin, found):
+    """Write centre, axis, half the height and radius (8,) of a cylinder around triangles; it holds their corners, and so all of
+    them, whatever its axis."""
+    ax = ay = az = 0.0
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for t in range(first, end):
+        a, b, c = corners[t]
+        ax += (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+        ay += (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+        az += (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        for k in range(3):
+            low[k], high[k] = min(low[k], a[k], b[k], c[k]), max(high[k], a[k], b[k], c[k])
+    size = np.sqrt(ax * ax + ay * ay + az * az)
+    ax, ay, az = (ax / size, ay / size, az / size) if size > 0.0 else (0.0, 0.0, 1.0)
+    x, y, z = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2
+    least, most, radius = np.inf, -np.inf, 0.0
+    for t in range(first, end):
+        for k in range(3):
+            u, v, w = corners[t, k, 0] - x, corners[t, k, 1] - y, corners[t, k, 2] - z
+            h = ax * u + ay * v + az * w
+            least, most = min(least, h), max(most, h)
+            u, v, w = u - h * ax, v - h * ay, w - h * az
+            radius = max(radius, u * u + v * v + w * w)
+    h = (least + most) / 2
+    found[0], found[1], found[2] = x + h * ax, y + h * ay, z + h * az
+    found[3], found[4], found[5] = ax, ay, az
+    found[6], found[7] = (most - least) / 2 + margin, np.sqrt(radius) + margin
+
+
+@exact
+def to_drums(x, y, z, drums, row, away):
+    """Write the squared distances (WIDE,) of a point to the cylinders of a row, see `bundles`, or a little less."""
+    i = row * 8 * WIDE
+    u, v, w = load(drums, i, WIDE) - x, load(drums, i + WIDE, WIDE) - y, load(drums, i + 2 * WIDE, WIDE) - z
+    h = load(drums, i + 3 * WIDE, WIDE) * u + load(drums, i + 4 * WIDE, WIDE) * v + load(drums, i + 5 * WIDE, WIDE) * w
+    square = u * u + v * v + w * w
+    across = maximum(sqrt(maximum(square - h * h, 0.0)) - load(drums, i + 7 * WIDE, WIDE), 0.0)
+    along = maximum(maximum(h, h * -1.0) - load(drums, i + 6 * WIDE, WIDE), 0.0)
+    store(away, 0, along * along + across * across - square * ROUNDING)
+
+
 def crossings(corners: np.ndarray, index: np.ndarray, near: float) -> np.ndarray:
     """Pairs (k, 2) of triangles (m, 3, 3) of which an edge of one runs through the other, by more than `near` of its size;
     index (m, 3) are their vertices, with one number at one place. A few of many are given."""
@@ -77,8 +166,9 @@ def crossings(corners: np.ndarray, index: np.ndarray, near: float) -> np.ndarray
     return order[found]
 
 
-@njit(cache=True)
+@exact
 def _crossings(corners, index, lower, upper, link, near):
+    """Leaf by leaf against the leaves whose boxes meet its own and that do not come before it."""
     found, count = np.empty((1000, 2), np.int64), 0
     stack = np.empty(256, np.int64)
     lowest, highest = np.empty((len(corners), 3)), np.empty((len(corners), 3))
@@ -86,28 +176,47 @@ def _crossings(corners, index, lower, upper, link, near):
         for k in range(3):
             lowest[t, k] = min(corners[t, 0, k], corners[t, 1, k], corners[t, 2, k])
             highest[t, k] = max(corners[t, 0, k], corners[t, 1, k], corners[t, 2, k])
-    for t in range(len(corners)):
-        low, high = lowest[t], highest[t]
+    for leaf in range(len(link)):
+        if link[leaf, 0] >= 0:
+            continue
+        first, end = -link[leaf, 0] - 1, -link[leaf, 1] - 1
         stack[0], top = 0, 1
         while top > 0:
             top -= 1
             node = stack[top]
-            if not _meet(low, high, lower[node], upper[node]):
+            if not _meet(lower[leaf], upper[leaf], lower[node], upper[node]):
                 continue
             left, right = link[node, 0], link[node, 1]
             if left >= 0:
                 stack[top], stack[top + 1] = left, right
                 top += 2
                 continue
-            for u in range(-left - 1, -right - 1):
-                near_enough = u != t and count < 1000 and _meet(low, high, lowest[u], highest[u])
-                if near_enough and _pierces(corners[t], corners[u], index[t], index[u], near):
-                    found[count, 0], found[count, 1] = t, u
-                    count += 1
+            if -left - 1 < first:
+                continue
+            for t in range(first, end):
+                for u in range(max(-left - 1, t + 1), -right - 1):
+                    if count == 1000 or not _meet(lowest[t], highest[t], lowest[u], highest[u]):
+                        continue
+                    if _neighbours(index[t], index[u]):
+                        continue
+                    if _pierces(corners[t], corners[u], index[t], index[u], near) or _pierces(
+                        corners[u], corners[t], index[u], index[t], near
+                    ):
+                        found[count, 0], found[count, 1] = t, u
+                        count += 1
     return found[:count]
 
 
-@njit(cache=True)
+@exact
+def _neighbours(a, b):
+    """Whether triangles with these vertices (3,) have two in common, so that each edge of one touches the other."""
+    shared = 0
+    for k in range(3):
+        shared += a[k] == b[0] or a[k] == b[1] or a[k] == b[2]
+    return shared > 1
+
+
+@exact
 def _meet(low, high, lower, upper):
     apart = False
     for k in range(3):
@@ -115,7 +224,7 @@ def _meet(low, high, lower, upper):
     return not apart
 
 
-@njit(cache=True)
+@exact
 def _pierces(a, b, ia, ib, near):
     """Whether an edge of triangle a that has no corner in common with triangle b runs through b."""
     e1x, e1y, e1z = b[1, 0] - b[0, 0], b[1, 1] - b[0, 1], b[1, 2] - b[0, 2]
@@ -148,7 +257,7 @@ def _pierces(a, b, ia, ib, near):
     return False
 
 
-@njit(cache=True)
+@exact
 def winding(points, corners):
     """How often closed triangles (m, 3, 3) wind around points (n, 3), by solid angles (van Oosterom & Strackee 1983,
     doi:10.1109/TBME.1983.325207)."""

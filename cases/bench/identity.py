@@ -2,6 +2,7 @@
 
 Each scene runs for a few hundred steps on one thread by `python -m fsi run`, once with this checkout and once with the
 other, and every time series of the two run folders is compared. A change of structure must leave all of them as they were.
+With `--ranks 1,2,3,4,8` runs on ranks are compared with runs in one process instead (`cases.bench.rank_trials`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import cases
-from fsi.record.run_folder import load_run
+from fsi.record.dataset import load_run
 
 HERE = Path(cases.__file__).parents[1]
 
@@ -131,9 +132,17 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--against", type=Path, required=True, help="the other checkout")
+    parser.add_argument("--against", type=Path, help="the other checkout")
+    parser.add_argument("--ranks", metavar="N,N,...", help="numbers of ranks, to be compared with one process")
+    parser.add_argument("--share", type=float, default=1.0, help="of its time that each trial on ranks runs")
     parser.add_argument("names", nargs="*", help=f"of {', '.join(TRIALS)}; all if none")
     options = parser.parse_args()
+    if options.ranks:
+        from cases.bench.rank_trials import report
+
+        sys.exit(1 if report(options.names, [int(n) for n in options.ranks.split(",")], options.share) else 0)
+    if options.against is None:
+        parser.error("--against DIR or --ranks N,N,... is needed")
     other, bad = options.against.resolve(), 0
     with tempfile.TemporaryDirectory() as folder:
         for name in options.names or TRIALS:

@@ -1,8 +1,10 @@
 """What it costs to share a step among ranks: `fsi bench --ranks 2`, or `python -m cases.bench.ranks SCENE` under mpiexec.
 
-A run on so many ranks with one thread each is timed beside one in one process with as many threads. Each rank says how long it
-waited for others, and what it sent: bytes of a step by purpose, and for each surface cell, a cube of a support around which
-ghosts stand.
+A run on so many ranks with one thread each is timed beside one in one process with as many threads, by the clock and by the
+processor time that each takes without waiting: this one says what ranks cost also where others use the machine, or where
+there are more ranks than processors. Each rank says how long it waited, what share of its work was the exchange of ghosts and
+of particles, and what it sent: bytes of a step by purpose, and for each surface cell, a cube of a support around which ghosts
+stand.
 """
 
 from __future__ import annotations
@@ -23,25 +25,31 @@ TANK = "tank_still"
 
 
 def timed(scene: str, settings: list[str], steps: int, threads: int, member=None) -> dict:
-    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; `waited`, the share of
-    the time that it waited for others; `sent`, the bytes of a step by purpose; `own` and `ghosts`, its particles."""
+    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; `busy`, the processor
+    time of one, without waiting; `waited`, the share of the time that it waited for others; `exchanged`, that of its work which
+    the exchange took; `sent`, the bytes of a step by purpose; `own` and `ghosts`, its particles."""
     from fsi.simulation.loop import Simulation
 
     sim = Simulation(load_scene(scene, settings), threads=threads, ranks=member)
-    marks, waited, sent = [], 0.0, {}
+    marks, waited, sent, used, exchanged = [], 0.0, {}, 0.0, 0.0
     for step in range(WARM + steps):
         if step == WARM and member:
             member.ranks.barrier()
-            waited, sent = member.ranks.waited, dict(member.ranks.sent)
+            waited, sent, exchanged = member.ranks.waited, dict(member.ranks.sent), sim.fluid.halo.used
+        if step == WARM:
+            used = _used(member)
         begin = clock.perf_counter()
         sim.step()
         if step >= WARM:
             marks.append(clock.perf_counter() - begin)
-    facts = {"seconds": median(marks), "particles": sim.fluid.labels, "boundary": len(sim.fluid.owner)}
+    busy = (_used(member) - used) / steps
+    facts = {"seconds": median(marks), "busy": busy, "particles": sim.fluid.labels, "boundary": len(sim.fluid.owner)}
     if member:
         ranks, halo = member.ranks, sim.fluid.halo
         per_cell = (2 * sim.scene.smoothing_length / sim.scene.spacing) ** sim.fluid.dim
         own = {
+            "busy": busy,
+            "exchanged": (halo.used - exchanged) / steps / busy,
             "waited": (ranks.waited - waited) / sum(marks),
             "sent": {purpose: (size - sent.get(purpose, 0)) / steps for purpose, size in ranks.sent.items()},
             "own": len(halo.own_key),
@@ -54,11 +62,17 @@ def timed(scene: str, settings: list[str], steps: int, threads: int, member=None
     return facts
 
 
+def _used(member) -> float:
+    """Processor time [s] of this process so far, without waiting for others."""
+    return clock.process_time() - (member.ranks.spun if member else 0.0)
+
+
 def cost_of_ranks(
     numbers: list[int], scene: str = TANK, settings: tuple[str, ...] = (), steps: int = STEPS
 ) -> list[dict]:
     """A row for each number of ranks: `ranks`, `seconds` of a step there and in one process with as many `threads`, the
-    `speed` of the ranks over that of the threads, bytes and waiting (`timed`). Raises RunError where a run fails."""
+    `speed` of the ranks over that of the threads, `busy` [s] of the busiest rank and of a thread, `work`, the processor time of
+    a thread over that of the busiest rank, bytes and waiting (`timed`). Raises RunError where a run fails."""
     rows = []
     for number in numbers:
         shared, alone = _child(number, scene, settings, steps), _child(1, scene, settings, steps, threads=number)
@@ -70,6 +84,11 @@ def cost_of_ranks(
                 "ranks": number,
                 "alone": alone["seconds"],
                 "speed": alone["seconds"] / shared["seconds"],
+                "busy": max(rank["busy"] for rank in each),
+                "busy_mean": sum(rank["busy"] for rank in each) / number,
+                "busy_alone": alone["busy"] / number,
+                "work": alone["busy"] / number / max(rank["busy"] for rank in each),
+                "exchanged": max(rank["exchanged"] for rank in each),
                 "waited": max(rank["waited"] for rank in each),
                 "waited_mean": sum(rank["waited"] for rank in each) / number,
                 "bytes_per_step": total,
@@ -83,12 +102,16 @@ def cost_of_ranks(
 
 def lines(rows: list[dict]) -> list[str]:
     """A table to print."""
-    head = "ranks  arrangement  ms/step  ms/step of threads  speed  waited (most, mean)  MB/step  bytes/surface cell  ghosts"
+    head = (
+        "ranks  arrangement  ms/step, of threads  speed  busy ms, of a thread  ratio  exchange  waited (most, mean)  MB/step  "
+        "bytes/surface cell  ghosts"
+    )
     table = [head]
     for row in rows:
         shape = "x".join(map(str, row["shape"]))
         table.append(
-            f"{row['ranks']:5}  {shape:>11}  {1e3 * row['seconds']:7.1f}  {1e3 * row['alone']:18.1f}  {row['speed']:5.2f}  "
+            f"{row['ranks']:5}  {shape:>11}  {1e3 * row['seconds']:7.1f}  {1e3 * row['alone']:10.1f}  {row['speed']:5.2f}  "
+            f"{1e3 * row['busy']:7.1f}  {1e3 * row['busy_alone']:11.1f}  {row['work']:5.2f}  {100 * row['exchanged']:6.1f} %  "
             f"{100 * row['waited']:8.0f} %, {100 * row['waited_mean']:4.0f} %  {row['bytes_per_step'] / 1e6:7.3f}  "
             f"{row['bytes_per_surface_cell']:18.0f}  {row['ghosts']:6}"
         )

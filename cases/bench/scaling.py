@@ -126,8 +126,8 @@ def measured(rows: list[dict], machine: Machine | None = None) -> Machine:
     """The machine of rows of `cases.bench.ranks.cost_of_ranks`: the time of a particle from the run in one process, that of a
     ghost from what the ranks take beyond it and do not wait for."""
     machine, row = machine or Machine(), max(rows, key=lambda r: r["ranks"])
-    particle = row["alone"] * row["ranks"] / row["particles"]
-    busy = row["seconds"] * (1 - row["waited_mean"]) - row["particles"] / row["ranks"] * particle
+    particle = row["busy_alone"] * row["ranks"] / row["particles"]
+    busy = row["busy_mean"] - row["particles"] / row["ranks"] * particle
     ghosts = row["ghosts"] / row["ranks"]
     bytes_ghost = row["bytes_per_step"] / row["ghosts"] / machine.refreshes
     return replace(machine, particle=particle, ghost=max(0.0, busy / ghosts), bytes_ghost=bytes_ghost)

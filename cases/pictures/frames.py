@@ -11,8 +11,9 @@ import numpy as np
 
 from cases.report.snapshot import pose_at, visuals_of
 from fsi.errors import SceneError
+from fsi.record.dataset import load_run
 from fsi.record.fields import top
-from fsi.record.run_folder import load_run, read_manifest
+from fsi.record.manifest import read_manifest
 from fsi.record.timeline_reader import read_snapshots, read_values
 from fsi.scene.fields import field_of
 from fsi.scene.file import load_scene

@@ -58,7 +58,8 @@ def _flat(table, before: str = ""):
 
 def of_runs(folders: Sequence[Path], names: Sequence[str]) -> Page:
     from cases.report.run import key_figures
-    from fsi.record.run_folder import frames_of, read_manifest
+    from fsi.record.dataset import frames_of
+    from fsi.record.manifest import read_manifest
     from fsi.scene.file import load_scene
 
     runs = [frames_of(folder) for folder in folders]

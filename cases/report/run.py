@@ -15,7 +15,8 @@ from cases.report.scene_facts import scene_facts
 from cases.report.snapshot import snapshot_figure
 from fsi.errors import SceneError
 from fsi.progress import clock
-from fsi.record.run_folder import frames_of, read_manifest
+from fsi.record.dataset import frames_of
+from fsi.record.manifest import read_manifest
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 

@@ -9,7 +9,8 @@ from cases.report.wave_figures import Figure
 from cases.study.decay import decay_figures
 from cases.study.plan import Measure
 from cases.study.radiation import radiation_figures
-from fsi.record.run_folder import load_run, read_manifest
+from fsi.record.dataset import load_run
+from fsi.record.manifest import read_manifest
 from fsi.scene.model import Scene
 
 

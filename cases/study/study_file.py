@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from pydantic import ValidationError
 from cases.study.plan import Study, resolve_path
 from fsi.errors import SceneError
 from fsi.scene.faults import fault_lines
+from fsi.scene.file import read_toml
 from fsi.scene.model import Scene
 
 
@@ -26,7 +26,9 @@ def load_study(source: str | Path | Study) -> Study:
         path = Path(source).expanduser()
     except RuntimeError as fault:  # a home that is not there
         raise SceneError(f"cannot be read: {fault}", file=source, fix="check the path") from None
-    data = _read(path)
+    if not path.exists():
+        raise SceneError("no such file", file=path, fix="give the path of a study file")
+    data = read_toml(path)
     data.setdefault("name", re.sub(r"[^\w.-]", "_", path.stem))
     if "scene" not in data:
         raise SceneError("missing", key="scene", file=path.name, fix="add scene = 'FILE.toml' or a name of `fsi cases`")
@@ -54,14 +56,3 @@ def flat(table: Mapping, parents: tuple[str, ...] = ()) -> Iterator[tuple[str, o
             yield from flat(value, (*parents, key))
         else:
             yield ".".join((*parents, key)), value
-
-
-def _read(path: Path) -> dict:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise SceneError("no such file", file=path, fix="give the path of a study file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise SceneError(f"not TOML: {fault}", file=path.name, fix="see toml.io for the syntax") from None
-    except OSError as fault:
-        raise SceneError(f"cannot be read: {fault.strerror}", file=path, fix="check the path") from None

@@ -9,10 +9,12 @@ import time
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
 from cases.torture.trial import Score, Subject, fork, go, is_done, load, prefix_faults, wait
 from cases.torture.trial import compare as compared
 from fsi.errors import SceneError
-from fsi.record.run_folder import read_manifest
+from fsi.record.manifest import read_manifest
 from fsi.resuming import recover
 
 CAUGHT = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP, signal.SIGXCPU)
@@ -73,12 +75,13 @@ def _look(folder: Path, whole, number: int, killed: float) -> list[str]:
         faults = [] if status in ("killed", "interrupted") else [f"a run that has ended counts as {status}"]
         if number == signal.SIGKILL:
             recover(folder)
-            if load(folder).sizes["time"] != left.sizes["time"]:
+            before, left = left, load(folder)
+            if before.sizes["time"] != left.sizes["time"]:
                 faults.append("recover changed the number of frames")
-        faults += prefix_faults(folder, whole)
+        faults += prefix_faults(folder, whole, left)
         if left.sizes.get("time") and not facts.get("resumed"):  # a resumed run has the clock of two runs
             age = killed - datetime.fromisoformat(facts["started"]).timestamp()
-            if (gap := age - float(left.wall_time[-1])) > BOUND:
+            if (gap := age - float(np.nanmax(left.wall_time, initial=0.0))) > BOUND:
                 faults.append(f"the last {gap:.1f} s of wall time are not in the log")
         return faults
     except (SceneError, OSError, ValueError, KeyError) as fault:

@@ -28,7 +28,7 @@ from cases.torture.trial import (
     wait,
 )
 from fsi.errors import SceneError
-from fsi.record.run_folder import read_manifest
+from fsi.record.manifest import read_manifest
 
 
 def streams(subject: Subject, count: int, dice: random.Random) -> Score:

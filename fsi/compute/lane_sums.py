@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.np.arrayobj import populate_array
 
-from fsi.compute.lanes import I64, Lanes, Spatial, lane_op, pointer, store_lanes
+from fsi.compute.lanes import I64, Lanes, Spatial, lane_op, per_component, pointer, store_lanes
 
 
 def _parts(sums):
@@ -52,11 +52,18 @@ def _stack_array(context, builder, kind, *shape):
 
 @lane_op
 def plus(typing, a, b):
-    """The sum of two doubles, or of lanes, not to be reordered with others: a loop of such sums adds in the order of its terms,
-    where the compiler would else add several of them first in a short loop that it unrolls. The flag keeps numba from
+    """The sum of two doubles, lanes or vectors, not to be reordered with others: a loop of such sums adds in the order of its
+    terms, where the compiler would else add several of them first in a short loop that it unrolls. The flag keeps numba from
     allowing more."""
-    out = a if isinstance(a, Lanes) else types.float64
-    return out(out, out), lambda context, builder, sig, args: builder.fadd(*args, flags=("nsz",))
+    out = a if isinstance(a, Lanes | Spatial) else types.float64
+    op = lambda builder, x, y: builder.fadd(x, y, flags=("nsz", "contract"))  # noqa: E731
+
+    def gen(context, builder, sig, args):
+        if isinstance(out, Spatial):
+            return per_component(builder, lambda x, y: op(builder, x, y), *args)
+        return op(builder, *args)
+
+    return out(out, out), gen
 
 
 @lane_op

@@ -59,7 +59,7 @@ def splat(builder, scalar, n):
     return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(I32, n), [0] * n))
 
 
-def _per_component(builder, op, a, b):
+def per_component(builder, op, a, b):
     """op on each component; a Lanes operand serves every component."""
     of = lambda x, d: builder.extract_value(x, d) if isinstance(x.type, ir.ArrayType) else x  # noqa: E731
     shape = a.type if isinstance(a.type, ir.ArrayType) else b.type
@@ -107,7 +107,7 @@ for _op, _name in ((operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul
         a, b = (as_lanes(context, builder, v, t, lanes) for v, t in zip(args, sig.args, strict=True))
         op = lambda x, y: getattr(builder, name)(x, y, flags=RELAXED)  # noqa: E731
         if isinstance(sig.return_type, Spatial):
-            return _per_component(builder, op, a, b)
+            return per_component(builder, op, a, b)
         return op(a, b)
 
     for _a in (Lanes, Spatial, types.Number):
@@ -126,6 +126,19 @@ def lane_op(function):
 def call(builder, name, result, args, **options):
     kind = ir.FunctionType(result, [a.type for a in args])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args, **options)
+
+
+@lane_op
+def fence(typing, a):
+    """The lanes or the number itself, not to be merged with what becomes of them: sums with it then have the same bits in every
+    kernel, whatever else the kernel does with it."""
+
+    def gen(context, builder, sig, args):
+        kind = args[0].type
+        name = f"v{kind.count}{kind.element.intrinsic_name}" if isinstance(a, Lanes) else kind.intrinsic_name
+        return call(builder, f"llvm.arithmetic.fence.{name}", kind, args)
+
+    return a(a), gen
 
 
 @lane_op

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsi.compute.jit import exact
+
 BLOCK = 4096  # labels whose particles are summed up together
 
 
 class Reductions:
-    """Reductions over the particles of one process; `values` (n, ...) are reduced along their first axis.
+    """Reductions over the particles of one process; `values` (n, ...) are reduced along their first axis. `processes`: of how
+    many the particles are."""
 
-    ordered: whether sums over the fluid do not depend on where its particles are held, to the last bit: energies of logged
-    steps are then summed by label, and impulses of the wall guard as integers."""
-
-    ordered = False
+    processes = 1
 
     def total(self, values: np.ndarray) -> np.ndarray:
         """Sum of the values of all particles, or of all chunks of particles."""
@@ -62,9 +62,9 @@ class Reductions:
 
     def by_label(self, label: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
         """Sums (c,) of the values (n, c) of all particles, in the order of their labels, which are below `count`."""
-        rows = np.zeros((count, values.shape[1]))
-        rows[label] = values
-        return block_sums(rows).sum(0)
+        row = np.full(count, -1)
+        row[label] = np.arange(len(label))
+        return label_sums(row, values).sum(0)
 
     def at_largest(self, values: np.ndarray, position: np.ndarray) -> np.ndarray:
         """The position (dim,) of the particle with the largest of the values (n,)."""
@@ -83,10 +83,21 @@ class Reductions:
         return (position, *values)
 
 
-def block_sums(rows: np.ndarray) -> np.ndarray:
-    """Sums (blocks, c) of the rows (n, c) of each block, one row after the other."""
-    parts = (rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK))
-    return np.array([np.add.accumulate(part)[-1] for part in parts]).reshape(-1, rows.shape[1])
+def label_sums(row: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sums (blocks, c) of the values (n, c) of each BLOCK of labels, one label after the other; row (labels,): where the values
+    of each stand, negative for none."""
+    sums = np.zeros((-(-len(row) // BLOCK), values.shape[1]))
+    _add_up(row, values, sums)
+    return sums
+
+
+@exact
+def _add_up(row, values, sums):
+    for label in range(row.size):
+        i = row[label]
+        if i >= 0:
+            for c in range(values.shape[1]):
+                sums[label // BLOCK, c] += values[i, c]
 
 
 SERIAL = Reductions()

@@ -136,18 +136,10 @@ class BoundaryParticles:
         if self.count:
             response = response or self._silence
             response.spread()
-            apart = self._reductions.ordered and response.columns > 0
-            lists, responses = (
-                (self.near.bounds, self.near.groups),
-                (response.rows, response.lift, response.low, response.high),
-            )
             self.team.run(
-                walls.make_extrapolation(self.lanes, self.dim, 0 if apart else response.columns), *lists,
-                self.first, rows, self.shepard, self._lift, self.k, *responses,
+                walls.make_extrapolation(self.lanes, self.dim, response.columns), self.near.bounds, self.near.groups,
+                self.first, rows, self.shepard, self._lift, self.k, response.rows, response.lift, response.low, response.high,
             )  # fmt: skip
-            if apart:
-                kernel = walls.make_response_extrapolation(self.lanes, self.dim, response.columns)
-                self.team.run(kernel, *lists, self.first, rows, self.shepard, self.k, *responses)
 
     # -------------------------------------------------------------------------------------- forces
 
@@ -181,12 +173,11 @@ class BoundaryParticles:
         """Force (2, count, dim) of the pressures in a column of `rows`, and of viscosity, on each boundary particle, fixed ones
         among them; 0 on those that are counted elsewhere [N]."""
         force = np.zeros((2, self.count, self.dim))
-        if self.count or self._reductions.ordered:
-            self.press(rows, rows, column=column, columns=1, least=0)
-            force[0] = self._force[0, : self.count]
-            if self._drag:
-                self.drag(flow, least=0)
-                force[1] = self._force[0, : self.count]
+        self.press(rows, rows, column=column, columns=1, least=0)
+        force[0] = self._force[0, : self.count]
+        if self._drag:
+            self.drag(flow, least=0)
+            force[1] = self._force[0, : self.count]
         force[:, ~self.held] = 0.0
         return force
 

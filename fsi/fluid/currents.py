@@ -47,16 +47,14 @@ class Columns:
     def __call__(self, position: np.ndarray, reductions) -> tuple[np.ndarray, np.ndarray]:
         """Thickness (m,) [m] and mean height (m,) [m] of the fluid over each place; the height is nan where there is none."""
         volume = self._scene.spacing**self._scene.dimension
-        if reductions.ordered:
-            first, last = self._places[:, 0].min() - self._reach, self._places[:, 0].max() + self._reach
-            which = np.flatnonzero((position[:, 0] > first) & (position[:, 0] < last))
-            (position,) = reductions.gathered(which, position[which])
+        first, last = self._places[:, 0].min() - self._reach, self._places[:, 0].max() + self._reach
+        which = np.flatnonzero((position[:, 0] > first) & (position[:, 0] < last))
+        (position,) = reductions.gathered(which, position[which])
         sums = np.zeros((len(self._places), 2))
         for n, place in enumerate(self._places):
             near = position[np.abs(position[:, 0] - place[0]) < self._reach]
             weight = self._weight(((near[:, :-1] - place) ** 2).sum(1))
             sums[n] = volume * weight.sum(), weight @ near[:, -1] * volume
-        sums = sums if reductions.ordered else reductions.combined(sums)
         with np.errstate(invalid="ignore", divide="ignore"):
             return sums[:, 0] / self._room, np.where(sums[:, 0] > 0, sums[:, 1] / sums[:, 0], np.nan)
 

@@ -79,7 +79,7 @@ class Fluid:
         support = 2 * scene.smoothing_length
         count = len(layout.position) + len(layout.owner)
         self.grid = Grid.over(
-            layout.domain_min, layout.domain_max, scene.spacing, support, math.inf if reductions.ordered else count
+            layout.domain_min, layout.domain_max, scene.spacing, support, count / reductions.processes
         )
         self.sort = make_sort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
@@ -92,6 +92,7 @@ class Fluid:
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
         self.left = np.zeros(len(scene.tank.open), int)  # particles that left by each open side, which are not lost
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
+        self._units = impulse_units(scene, self.depth, float(self.k.mass))
         self._compose(layout)
         self._rows, self._kept, self._last = 0, slice(None), None
         self._weighed = False  # whether `field` holds pressures times how often they count
@@ -125,12 +126,9 @@ class Fluid:
         self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
         surface = not scene.closed
-        ordered = self.reductions.ordered
-        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface, ordered)
+        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         guarded = scene.numerics.wall_guard > 0 and b > 0
-        exactly = ordered and guarded
-        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface, exactly)
-        self._units = impulse_units(scene, self.depth, float(self.k.mass))
+        self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface)
 
     # -------------------------------------------------------------------------------------- one step
 
@@ -165,9 +163,7 @@ class Fluid:
         """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
         gone = self.reductions.together(self.label[which], r, self.position[which], self.velocity[which])
-        if self.reductions.ordered:
-            gone = tuple(values[np.argsort(gone[0])] for values in gone)
-        _, r, position, velocity = gone
+        _, r, position, velocity = (values[np.argsort(gone[0])] for values in gone)
         lost = np.ones(len(position), bool)
         for n, side in enumerate(self.scene.tank.open):
             axis = self.scene.tank.axes.index(side[0])
@@ -210,6 +206,8 @@ class Fluid:
         self.solids.weigh(work.flow)
         if rheology:
             kind = np.zeros(self.count, np.int8) if self.liquid is None else self.liquid[self.label]
+            if rheology.granular:  # of which also ghosts weigh on others
+                self.halo.refresh(kind[:, None], slice(0, 1))
             rheology.set_viscosity(near, work.flow, kind, self.k, self.halo)
         self.team.run(
             self._predictor, near.bounds, near.groups, work.flow, work.trial, self.velocity, work.coefficients,
@@ -290,11 +288,9 @@ class Fluid:
         chunks = len(near.bounds) - 1
         place = columns.corrector_sums(self.dim)
         owner, centre = (solids.owner, solids.centre) if self.loads is None else self.loads.booked(solids)
-        ordered = self.reductions.ordered
         sums = np.zeros((chunks, place.width("loss")))
-        impulse = np.zeros((chunks, len(centre), 6), np.int64 if ordered else float)
-        if ordered:  # two more columns say in which units impulses are counted
-            centre = np.hstack([centre, np.tile(1 / self._units[[0, 3]], (len(centre), 1))])
+        impulse = np.zeros((chunks, len(centre), 6), np.int64)
+        centre = np.hstack([centre, np.tile(1 / self._units[[0, 3]], (len(centre), 1))])  # in which they are counted
         self.team.run(
             self._corrector, near.bounds, near.groups, work.trial, work.field, work.coefficients, state.label,
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
@@ -303,16 +299,14 @@ class Fluid:
         self._kept = self.halo.drop(state)
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
-        impulse = self.reductions.total(impulse)
-        if ordered:
-            impulse = impulse * self._units
+        impulse = self.reductions.total(impulse) * self._units
         if self.loads is not None:
             impulse = self.loads.unbooked(impulse)
         return np.concatenate([maxima, totals]), solids.smoothed(impulse)
 
     def sums(self) -> np.ndarray:
         """After `correct`: kinetic energy, r height, volume / dr^dim and momentum (dim,) of all fluid as in its sums, in an
-        order that does not depend on where particles are held (`Reductions.ordered`)."""
+        order that does not depend on where particles are held."""
         state, mass = self.particles, float(self.k.mass)
         r = np.ones(self.count) if self._relative is None else self.relative
         deficit = self.work.coefficients[: self._rows][self._kept, columns.DEFICIT].astype(float)

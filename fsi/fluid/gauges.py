@@ -128,13 +128,7 @@ class Surface:
     particles in the cells around the vertical alone, sorted as in the last step, in which none went farther than a cell."""
 
     def __init__(self, fluid):
-        self._fluid, tank = fluid, fluid.scene.tank
-        self._length = np.array(
-            [
-                (high - low) * (axis in tank.periodic)
-                for axis, low, high in zip(tank.axes, tank.min, tank.max, strict=True)
-            ]
-        )[:-1]
+        self._fluid, self._length = fluid, _period(fluid.scene.tank)
 
     def __call__(self, point) -> float:
         fluid, scene, solids, h = self._fluid, self._fluid.scene, self._fluid.solids, self._fluid.scene.reading_length
@@ -168,14 +162,17 @@ def points_reading(position, point, spacing: float, h: float) -> float:
     return elevation(position, point, spacing, h)
 
 
+def _period(tank) -> np.ndarray:
+    """Lengths (dim - 1,) after which the fluid of a tank repeats itself [m], 0 for none."""
+    sides = zip(tank.axes, tank.min, tank.max, strict=True)
+    return np.array([(high - low) * (axis in tank.periodic) for axis, low, high in sides])[:-1]
+
+
 def dry_gauges(scene, position, boundary) -> list[str]:
     """What to say of the scene's gauges that read nan, for fluid at `position` (n, dim) and boundary particles (b, dim)."""
     feet = {name: (g.x,) if scene.dimension == 2 else (g.x, g.y) for name, g in scene.gauges.items()}
-    dry = [
-        name
-        for name, foot in feet.items()
-        if math.isnan(elevation(position, foot, scene.spacing, scene.reading_length, boundary))
-    ]
+    where = {"spacing": scene.spacing, "h": scene.reading_length, "solid": boundary, "period": _period(scene.tank)}
+    dry = [name for name, foot in feet.items() if math.isnan(elevation(position, foot, **where))]
     if not dry:
         return []
     return [f"gauges {', '.join(dry)}: no free surface there at the start, dry or through a solid: nan until one comes"]

@@ -77,12 +77,12 @@ class ImplicitFluid(Fluid):
         numerics = scene.numerics
         friction, b = numerics.wall_friction > 0 and scene.gravity > 0, len(self.owner)
         self.rheology, self._stiff = None, False
-        self.solids = WeightedWalls(scene, self.grid, layout, self.k, self.dtype, self.team, friction)
+        self.solids = WeightedWalls(scene, self.grid, layout, self.k, self.dtype, self.team, self.reductions, friction)
         self.work = Workspace(
             scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=True, varies=True, dense=False, two_fields=False,
         )  # fmt: skip
-        self.work.reserve(self.count)
+        self.work.reserve(self.halo.expected(self.count))
         shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions
         self.solver = ImplicitPressure(Parts(scene, self.depth, False, self.dtype, L, self.team, *shared))
         artificial = numerics.artificial_viscosity > 0 and scene.gravity > 0
@@ -108,7 +108,7 @@ class ImplicitFluid(Fluid):
             rows = self.solver.respond(self.k, self.dt, unit)
             pressures[m] = rows[:n, columns.field(self.dim).p]
             changes[m] = self.solids.press(rows, rows, column=columns.field(self.dim).p, columns=1)[0]
-        return wrench, pressures, self.reductions.combined(changes)
+        return wrench, pressures, changes
 
 
 class ImplicitPressure:

@@ -51,13 +51,12 @@ class FixedLoads:
         """Note the forces of a step: called between its pressure and the corrector."""
         solids = fluid.solids
         force = solids.felt(fluid.work.field, columns.field(fluid.dim).p, fluid.work.flow)
-        number, position, combined = solids.order, solids.position[: solids.count], fluid.reductions.combined
-        if fluid.reductions.ordered:
-            held = solids.held & self._weight[:, number].any((0, 2))
-            rows = fluid.reductions.together(number[held], position[held], force[:, held].swapaxes(0, 1))
-            number, position, force = (values[np.argsort(rows[0])] for values in rows)
-            order = fluid.grid.order(position)
-            number, position, force, combined = number[order], position[order], force[order].swapaxes(0, 1), np.asarray
+        number, position = solids.order, solids.position[: solids.count]
+        held = solids.held & self._weight[:, number].any((0, 2))
+        rows = fluid.reductions.together(number[held], position[held], force[:, held].swapaxes(0, 1))
+        number, position, force = (values[np.argsort(rows[0])] for values in rows)
+        order = fluid.grid.order(position)
+        number, position, force = number[order], position[order], force[order].swapaxes(0, 1)
         weight = self._weight[:, number]
         push, drag = weight * force[0], weight * force[1]
         total = push.sum(1)
@@ -68,7 +67,7 @@ class FixedLoads:
         arm[..., self._axes] = position - self._about[:, None, self._axes]
         load[..., self._axes] = push + drag
         sums = np.concatenate([load.sum(1), np.cross(arm, load).sum(1), moment, total], axis=1)
-        self._sums = combined(sums), combined(np.abs(push).sum((1, 2)))
+        self._sums = sums, np.abs(push).sum((1, 2))
 
     def measure(self, dt: float) -> dict[str, np.ndarray]:
         """`load_force`, `load_torque`, `load_centre`, each (loads, 3), of the step of dt [s] that was closed last. The torque

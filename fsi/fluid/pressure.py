@@ -45,10 +45,13 @@ class Relaxation:
         parts, work, P = self._parts, self._parts.work, self._pressure
         parts.boundary.extrapolate(work.trial)
         first = parts.dtype(self.weights[0][0])
-        self._run(self.source, work.trial, work.field, work.twin, work.coefficients, k, parts.dtype(dt), first)
+        rows = work.trial, work.field, work.twin, work.coefficients
         if self._closed:
+            self._run(self.source, *rows, k, parts.dtype(dt), first)
             self._take_out_mean()
-        parts.halo.refresh(work.field, slice(P, None))
+            parts.halo.refresh(work.field, slice(P, P + 1))
+        else:
+            self._run_refreshed(work.field, self.source, *rows, k, parts.dtype(dt), first)
         if response:
             self._begin_response(k, response)
         self._relax(k, self.weights[1:], self._tolerance, response)
@@ -98,13 +101,8 @@ class Relaxation:
         response.spread()
         variant, weights = (self._lanes, self._dim, parts.dense), (parts.dtype(alpha), parts.dtype(beta))
         responses = response.rows, response.twin, response.low, response.high
-        apart = parts.reductions.ordered and response.columns > 0
-        sweep = pressure.make_sweep(*variant, 0 if apart else response.columns)
-        self._run(sweep, work.field, work.twin, work.coefficients, k, *weights, *responses)
-        if apart:
-            sweep = pressure.make_response_sweep(*variant, response.columns)
-            self._run(sweep, work.field, work.coefficients, k, *weights, *responses)
-        parts.halo.refresh(work.twin, slice(self._pressure, None))
+        sweep = pressure.make_sweep(*variant, response.columns)
+        self._run_refreshed(work.twin, sweep, work.field, work.twin, work.coefficients, k, *weights, *responses)
         work.swap()
         response.swap()
         if response.columns:
@@ -123,6 +121,15 @@ class Relaxation:
 
     def _run(self, kernel, *args) -> None:
         self._parts.team.run(kernel, self._parts.near.bounds, self._parts.near.groups, *args)
+
+    def _run_refreshed(self, rows: np.ndarray, kernel, *args) -> None:
+        """Run a sweep that fills the pressures of `rows`, and give the ghosts theirs."""
+        parts, P = self._parts, self._pressure
+
+        def run(bounds, groups) -> None:
+            parts.team.run(kernel, bounds, groups, *args)
+
+        parts.halo.sweep(run, parts.near, rows, slice(P, P + 1))
 
     def _change(self, last, now=None) -> float:
         """Change of the pressure in the rows `now` (those of `field` if not given) from the rows `last`, as a share of its

@@ -138,6 +138,7 @@ class Rheology(Remembers):
             self.dynamic = DynamicEddies(scene, lanes, dtype, team)
         self.laws = np.array([(liquid.density * eddy, *law(liquid)) for liquid in scene.all_liquids])
         self._buoyant = np.array([buoyant_density(scene, q) for q in range(len(scene.all_liquids))])
+        self.granular = bool(self._buoyant.any())
         self.eddy, self.decay = eddy, decay_rate(scene)
         self.rate = np.empty(0, dtype)
         self.sweeps = 1
@@ -167,7 +168,7 @@ class Rheology(Remembers):
     def _confinement(self, flow, kind) -> np.ndarray:
         """Confining pressure (n,) [Pa] of granular liquids: the weight of what stands above within the liquid, less what its
         pores carry, from the height of its top over every particle; empty where no liquid is granular."""
-        if not self._buoyant.any():
+        if not self.granular:
             return np.empty(0)
         pressure, dim, dr = np.zeros(len(flow)), self.scene.dimension, self.scene.spacing
         for q in np.flatnonzero(self._buoyant):

@@ -25,6 +25,9 @@ from fsi.waves.incident import Paddle, Table
 
 NODES = 12  # of the table over the length of the shortest wave that counts
 COUNTS = 0.01  # velocity from which on a component does, over the largest
+COUNTED = (
+    2.0**40
+)  # parts of 1 m/s and of 1 m2/s2 in which gains are counted: millions of particles have room for several
 ABOVE = 1.3  # crests up to which the theory is asked [crest]; higher up it goes on as it is there
 
 
@@ -90,12 +93,12 @@ class Sea:
     def draw(self, particles: ParticleState, dt: float, team: Team, reductions: Reductions) -> None:
         """Draw the fluid in the zones to the waves over a step of dt [s]."""
         bounds = chunk_bounds(particles.count)
-        sums = np.zeros((len(bounds) - 1, particles.position.shape[1] + 1))
+        sums = np.zeros((len(bounds) - 1, particles.position.shape[1] + 1), np.int64)
         team.run(
             relax, bounds, particles.position, particles.velocity, particles.label, self._low, self._high, self._width,
             self._rate * dt, self._along, self._first, self._step, self._level, self._velocities, self._flow, sums,
         )  # fmt: skip
-        total = self._mass * reductions.total(sums)
+        total = self._mass * reductions.total(sums) / COUNTED
         self.impulse, self.given = total[:-1], float(total[-1])
 
     def work(self, fluid) -> None:
@@ -105,7 +108,10 @@ class Sea:
         moving = solids.owner[: solids.count] == PISTON
         speed = solids.velocity[: solids.count][moving] + 0.5 * fluid.dt * solids.bent[moving]
         speed[:, -1] = 0.0  # they stay at their height
-        self.power = -float(fluid.reductions.combined(np.array([(force[moving] * speed).sum()]))[0])
+        mine = solids.held[moving]
+        power = (force[moving] * speed).sum(1)[mine], solids.order[moving][mine]
+        power, number = fluid.reductions.together(*power)
+        self.power = -float(power[np.argsort(number)].sum())
 
 
 @exact
@@ -113,8 +119,8 @@ def relax(
     counter, bounds, position, velocity, label, low, high, width, strength, along, first, step, level, table, flow, sums
 ):
     """Draw velocities (n, dim) to those of `table` (2, m, l), along the heading and upward, on nodes from `first` (2,) on, plus
-    `flow` along the heading; into `sums` (chunks, dim + 1) velocity and velocity^2 / 2 that own particles gained. `strength`:
-    rate times time step."""
+    `flow` along the heading; into `sums` (chunks, dim + 1) velocity and velocity^2 / 2 that own particles gained, as integers,
+    whose sum does not depend on the order, COUNTED to a unit. `strength`: rate times time step."""
     axes = along.size
     weight, node = np.empty((2, 4)), np.empty(2, np.int64)
     while True:
@@ -152,6 +158,6 @@ def relax(
                 gained += change * (velocity[i, d] + 0.5 * change)
                 velocity[i, d] += change
                 if label[i] >= 0:
-                    sums[c, d] += change
+                    sums[c, d] += np.int64(np.rint(COUNTED * change))
             if label[i] >= 0:
-                sums[c, axes + 1] += gained
+                sums[c, axes + 1] += np.int64(np.rint(COUNTED * gained))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.compute.lanes import width
-from fsi.compute.reduce import SERIAL
+from fsi.compute.reduce import Reductions
 from fsi.compute.team import Team
 from fsi.fluid.boundary import BoundaryParticles
 from fsi.fluid.response import LinearResponse
@@ -53,9 +53,11 @@ class WeightedWalls(BoundaryParticles):
     """A `BoundaryTreatment` for implicit ISPH. Owns psi (b,), in the order of the layout, and what the boundary particles of
     moving owners do."""
 
-    def __init__(self, scene: Scene, grid: Grid, layout: Layout, k: Scalars, dtype, team: Team, friction: bool):
+    def __init__(
+        self, scene: Scene, grid: Grid, layout: Layout, k: Scalars, dtype, team: Team, reductions: Reductions, friction: bool
+    ):  # fmt: skip
         b, dim, kernel = len(layout.owner), scene.dimension, scene.numerics.kernel
-        super().__init__(scene, grid, b, k, dtype, team, SERIAL, drag=None, no_slip=False, dense=False)
+        super().__init__(scene, grid, b, k, dtype, team, reductions, drag=None, no_slip=False, dense=False)
         self._kernel = kernel
         self.psi = weights(scene, layout, k, dtype, team)
         self.weight = self.psi  # of those that stand, in the order of cells
@@ -115,25 +117,25 @@ class WeightedWalls(BoundaryParticles):
 
     def press(self, rows: np.ndarray, values: np.ndarray, column: int, columns: int, least: int = 1) -> np.ndarray:
         """See `BoundaryTreatment`."""
-        wrench = np.zeros((columns, self.owners, 6))
+        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces(columns)
         if self.count:
-            forces = self._forces(columns)
             self.team.run(
                 implicit.make_force(self.lanes, self.dim, self._kernel, column, columns), self.near.bounds, self.near.groups,
                 self.first, rows, values, self._counted[: self.count], least, self.weight, forces, self.k,
             )  # fmt: skip
-            for force, total in zip(forces, wrench, strict=False):
-                self._add(force[None], total[None], least)
+        self._add(forces, wrench, least)
         return self.smoothed(wrench)
 
     def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
         """See `BoundaryTreatment`."""
         wrench = np.zeros((self.owners, 6))
-        if self._friction and self.count:
-            force = self._forces(1)[0]
+        if not self._friction:
+            return wrench
+        forces = self._forces(1)
+        if self.count:
             self.team.run(
                 self._friction, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least,
-                self.weight, force, self.k,
+                self.weight, forces[0], self.k,
             )  # fmt: skip
-            self._add(force[None], wrench[None], least)
+        self._add(forces, wrench[None], least)
         return wrench

@@ -38,6 +38,9 @@ class NoHalo:
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         pass
 
+    def sweep(self, run, near, rows: np.ndarray, columns: slice) -> None:
+        run(near.bounds, near.groups)
+
     def holds(self, position: np.ndarray) -> None:
         return None
 
@@ -111,6 +114,11 @@ class Periodic:
         """Give the ghosts what their sources have."""
         if len(self._ghosts):
             rows[self._ghosts, columns] = rows[self._sources, columns]
+
+    def sweep(self, run, near, rows: np.ndarray, columns: slice) -> None:
+        """See `Halo`."""
+        run(near.bounds, near.groups)
+        self.refresh(rows, columns)
 
     def holds(self, position: np.ndarray) -> None:
         """See `Halo`."""

@@ -11,11 +11,13 @@ from fsi.ranks.comm import Ranks
 from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbalance, slices
 from fsi.ranks.halo import RankHalo
 from fsi.scene.model import Scene
+from fsi.scene.rheology import Granular
 
 EVERY = 50  # steps from one look at the balance to the next
 DRIFT = 0.05  # share of a rank's mean work by which one may have changed since the last balance, at first
 PATIENT, EAGER = 1.5, 0.8  # factors of that share after a balance that did not pay, and after one that did
 LEAST, MOST = 0.02, 0.5  # bounds of that share
+HOLD = 0.03  # how firmly measured weights are held to `WEIGHTS`: what counts against an error of a rank's time by that share
 
 
 def planes_of(scene: Scene) -> list[np.ndarray]:
@@ -32,7 +34,8 @@ def planned(
     low, high = np.array(tank.min, float), np.array(tank.max, float)
     sides = high - low
     sides[-1] = min(sides[-1], layout.depth)  # where fluid comes to rest
-    chosen = chosen_shape(size, sides, shape)
+    upright = any(isinstance(liquid.rheology, Granular) for liquid in scene.all_liquids)
+    chosen = chosen_shape(size, sides, shape, upright)
     equal = Decomposition.geometric(chosen, low, high, np.full(scene.dimension, scene.spacing))
     if not balance:
         return equal
@@ -47,8 +50,13 @@ def _counts(x: np.ndarray, weight: np.ndarray | None, planes: np.ndarray) -> np.
 
 def near_fluid(layout: Layout, support: float) -> np.ndarray:
     """Which boundary particles (b,) have fluid within a support or so [m] at the start: the others cost little."""
-    low = np.minimum(layout.position.min(0), layout.boundary.min(0, initial=np.inf)) - support
-    cells = [((p - low) / support).astype(np.int64) for p in (layout.position, layout.boundary)]
+    return near(layout.position, layout.boundary, support)
+
+
+def near(fluid: np.ndarray, boundary: np.ndarray, support: float) -> np.ndarray:
+    """The same for fluid (n, dim) and boundary (b, dim) at these places."""
+    low = np.minimum(fluid.min(0, initial=np.inf), boundary.min(0, initial=np.inf)) - support
+    cells = [((p - low) / support).astype(np.int64) for p in (fluid, boundary)]
     shape = tuple(np.maximum(*(c.max(0, initial=0) for c in cells)) + 2)
     wet = np.zeros(shape, bool)
     wet[tuple(cells[0].T)] = True
@@ -89,54 +97,89 @@ def shares(scene: Scene, layout: Layout, decomposition: Decomposition, ghosts: b
     return [Share(int(fluid), int(wall), int(ghost), float(total)) for fluid, wall, ghost, total in found]
 
 
+def measured_weights(table: np.ndarray) -> np.ndarray:
+    """Weights (kinds,) of a fluid particle, 1, and of boundary particles near fluid and far from it, from the numbers of them
+    on each rank and the processor time that it took, table (ranks, kinds + 1): least squares, held to `WEIGHTS` as far as the
+    ranks do not tell otherwise, which are alike or few."""
+    numbers, busy = table[:, :-1], table[:, -1]
+    known = np.array(list(WEIGHTS.values()))
+    total = (numbers @ known).sum()
+    if total <= 0 or busy.sum() <= 0:
+        return known
+    known = known * busy.sum() / total  # [s]
+    mean = busy.mean()
+    rows = np.concatenate([numbers * known / mean, HOLD * np.eye(len(known))])
+    share = np.linalg.lstsq(rows, np.concatenate([busy / mean, np.full(len(known), HOLD)]), rcond=None)[0]
+    found = known * np.clip(share, 0.25, 4.0)
+    return found / found[0]
+
+
 class Balancer:
     """Looks at the balance of a run every EVERY steps, and moves the boxes where the work of a rank has drifted since the last
     time by more than a share of the mean. That share falls after a move that paid and rises after one that did not, by the
-    time that the slowest rank took for a step before and after."""
+    time that the slowest rank took for a step before and after. What a particle of each kind weighs is measured.
 
-    def __init__(self, scene: Scene, ranks: Ranks, halo: RankHalo, wet: np.ndarray):
+    history: of each move the step, the share, the imbalances of work before it and planned, the weights, and the times [s] of a
+    step on the slowest rank before and after it.
+    """
+
+    def __init__(self, scene: Scene, ranks: Ranks, halo: RankHalo):
         self._ranks, self.halo, self._planes = ranks, halo, planes_of(scene)
-        self._wet, self._drift = wet, DRIFT
+        self._support, self._drift = 2 * scene.smoothing_length, DRIFT
         self._last: np.ndarray | None = None  # work of each rank after the last move
-        self._before: float | None = None  # seconds of a step before the last move
-        self._steps, self._busy = 0, 0.0
-        self.moves = 0
+        self._steps, self._busy, self._unknown = 0, 0.0, False
+        self.history: list[dict] = []
+
+    @property
+    def moves(self) -> int:
+        return len(self.history)
 
     def __call__(self, sim, busy: float) -> None:
-        """After a step in which this rank was busy for so many seconds."""
+        """After a step that took this rank so many seconds of processor time."""
         self._steps, self._busy = self._steps + 1, self._busy + busy
         if self._steps % EVERY or self._ranks.size == 1:
             return
-        fluid = sim.fluid
-        mine = fluid.count + WEIGHTS["wet"] * fluid.solids.count
-        work, slowest = np.zeros(self._ranks.size), self._ranks.reduce(self._busy / EVERY, "max")
-        work[self._ranks.rank] = mine
-        work = self._ranks.reduce(work)
-        self._busy = 0.0
-        if self._before is not None:
-            factor = EAGER if slowest < self._before else PATIENT
-            self._drift, self._before = min(MOST, max(LEAST, self._drift * factor)), None
-        last = self._last if self._last is not None else work
-        if self._last is None:
-            self._last = work
-        drift = np.abs(work - last).max() / work.mean()
+        fluid, halo = sim.fluid, self.halo
+        boundary = fluid.boundary[halo.holds(fluid.boundary)]
+        wet = near(fluid.position, boundary, self._support)
+        table = np.zeros((self._ranks.size, len(WEIGHTS) + 1))
+        table[self._ranks.rank] = fluid.count, wet.sum(), (~wet).sum(), self._busy / EVERY
+        table = self._ranks.reduce(table)
+        self._busy, weights, slowest = 0.0, measured_weights(table), float(table[:, -1].max())
+        work = table[:, :-1] @ weights
+        if self._unknown:
+            self._learn(slowest)
+        self._last = work if self._last is None else self._last
+        drift = np.abs(work - self._last).max() / work.mean()
         if drift > self._drift or imbalance(work) > 1 + 2 * self._drift:
-            self._move(fluid, slowest)
+            each = np.where(wet, weights[1], weights[2])
+            self._move(fluid.position, boundary, each, imbalance(work), weights, slowest)
 
-    def _move(self, fluid, slowest: float) -> None:
-        """Move the boxes to where the work is the same in all departments."""
-        position, boundary = fluid.position, fluid.boundary
-        held = self.halo.holds(boundary)
-        wall = np.where(self._wet, WEIGHTS["wet"], WEIGHTS["dry"])[held]
+    def _learn(self, slowest: float) -> None:
+        """Whether the last move paid."""
+        move, self._unknown = self.history[-1], False
+        move["after"] = slowest
+        factor = EAGER if slowest < move["before"] else PATIENT
+        self._drift = min(MOST, max(LEAST, self._drift * factor))
+
+    def _move(self, position, boundary, each, before: float, weights: np.ndarray, slowest: float) -> None:
+        """Move the boxes to where the work is the same in all departments; each (b,): that of the boundary particles."""
 
         def count(axis: int, planes: np.ndarray) -> np.ndarray:
-            return self._ranks.reduce(
-                _counts(position[:, axis], None, planes) + _counts(boundary[held, axis], wall, planes)
-            )
+            mine = _counts(position[:, axis], None, planes) + _counts(boundary[:, axis], each, planes)
+            return self._ranks.reduce(mine)
 
         new = self.halo.decomposition.balanced(self._planes, count)
+        self._last = None
         if all(np.array_equal(a, b) for a, b in zip(new.cuts, self.halo.decomposition.cuts, strict=True)):
-            self._last = None
             return
+        work = np.bincount(new.rank_of(position), minlength=new.size) + np.bincount(
+            new.rank_of(boundary), each, new.size
+        )
+        after = imbalance(self._ranks.reduce(work))
         self.halo.decide(new)
-        self._last, self._before, self.moves = None, slowest, self.moves + 1
+        self._unknown = True
+        self.history.append({
+            "step": self._steps, "drift": self._drift, "imbalance": before, "planned": after,
+            "weights": weights.tolist(), "before": slowest,
+        })  # fmt: skip

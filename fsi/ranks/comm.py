@@ -15,9 +15,9 @@ SPINS = 50  # tests of a message before the processor is offered to others
 class Ranks:
     """The processes of a run on an MPI communicator; `rank` of `size` is this one, and the first one is `root`.
 
-    All but the point-to-point `swap` are collective. Waiting lets other threads and processes run, and is timed: `waited` [s];
-    `sent` counts the bytes that left this rank, by purpose. `waiting` tells the watch over faults that the others are
-    waited for, `idle_since` since when this rank has not been waiting.
+    All but the point-to-point `swap` are collective. Waiting lets other threads and processes run, and is timed: `waited` [s],
+    of which `spun` on a processor; `sent` counts the bytes that left this rank, by purpose. `waiting` tells the watch over
+    faults that the others are waited for, `turns` how often that has been.
     """
 
     def __init__(self, comm):
@@ -26,14 +26,14 @@ class Ranks:
         self._mpi, self.comm = MPI, comm.Dup()
         self.rank, self.size = comm.Get_rank(), comm.Get_size()
         self.root = self.rank == 0
-        self.waited = 0.0
+        self.waited = self.spun = 0.0
         self.sent: dict[str, int] = {}
         self.waiting, self.turns, self.place = False, 0, 0
         self._sums = {"sum": MPI.SUM, "max": MPI.MAX, "min": MPI.MIN}
 
     def wait(self, *requests) -> None:
         """Until all of these requests are done."""
-        start, spins = clock.perf_counter(), 0
+        start, used, spins = clock.perf_counter(), clock.process_time(), 0
         self.waiting = True
         try:
             while not self._mpi.Request.Testall(requests):
@@ -43,6 +43,11 @@ class Ranks:
         finally:
             self.waiting, self.turns = False, self.turns + 1
             self.waited += clock.perf_counter() - start
+            self.spun += clock.process_time() - used
+
+    def test(self, requests: list) -> None:
+        """Let these messages get on."""
+        self._mpi.Request.Testall(requests)
 
     @property
     def threaded(self) -> bool:

@@ -126,16 +126,22 @@ def _enough(planes: np.ndarray, parts: int) -> None:
         )  # fmt: skip
 
 
-def chosen_shape(size: int, sides: np.ndarray, text: str | None = None) -> tuple[int, ...]:
+def chosen_shape(size: int, sides: np.ndarray, text: str | None = None, upright: bool = False) -> tuple[int, ...]:
     """Ranks along each axis: those of `text`, such as 4x1x1, or those with the least area between `size` boxes of a tank with
-    these sides (dim,) [m]. Raises SceneError where the text says something else than so many ranks."""
+    these sides (dim,) [m]; `upright`: one rank for the whole height. Raises SceneError where the text says something else
+    than so many ranks, or than that."""
     dim = len(sides)
     if text is not None:
-        return _read(text, size, dim)
+        shape = _read(text, size, dim)
+        if upright and shape[-1] > 1:
+            fault = f"{text} cuts granular liquids across: the weight above a particle would cross the border"
+            whole = f"{size}x1x1" if dim == 3 else f"{size}x1"
+            raise SceneError(fault, key="--ranks", fix=f"take one rank for the whole height, such as {whole}")
+        return shape
     best: tuple[float, tuple[int, ...]] = (math.inf, (size, *(1,) * (dim - 1)))
     divisors = [n for n in range(1, size + 1) if size % n == 0]
     for shape in product(divisors, repeat=dim):
-        if math.prod(shape) == size:
+        if math.prod(shape) == size and not (upright and shape[-1] > 1):
             area = sum((n - 1) * np.prod(sides) / side for n, side in zip(shape, sides, strict=True))
             best = min(best, (float(area), shape))
     return best[1]

@@ -18,7 +18,7 @@ from contextlib import contextmanager
 BEAT = 0.5  # wall time [s] between the signs of life of a rank
 SILENT = 15.0  # wall time [s] without one, after which a rank counts as dead
 STILL = 15.0  # wall time [s] without waiting and without using a processor, after which a rank counts as hanging
-BUSY, LONGER = 25.0, 10.0  # and so long [s] on its own, and so many times as long as ever before
+BUSY, LONGER = 25.0, 10.0  # and so much processor time [s] on its own, and so many times as much as ever before
 GRACE = 5.0  # wall time [s] in which all ranks come to the same end
 LAST = 3.0  # wall time [s] to complete the log
 ALIVE, FAILED, ENDED = 0, 1, 2
@@ -34,7 +34,7 @@ class Watch:
         self._voice = sys.stderr
         now = clock.monotonic()
         watched = range(1, ranks.size) if ranks.root else (0,) if ranks.rank == 1 else ()
-        self._seen = {rank: [now, now, 0.0, False, now, 0, 0.0] for rank in watched}
+        self._seen = {rank: [now, now, 0.0, False, 0.0, 0, 0.0] for rank in watched}
         self._finished: set[int] = set()
         self._told: list = []  # messages on their way
         self._telling = threading.Lock()
@@ -107,7 +107,7 @@ class Watch:
         seen, now = self._seen[rank], clock.monotonic()
         _, moved, before, _, since, last_turns, longest = seen
         if turns != last_turns or waiting:  # it has come back to the others
-            longest, since = max(longest, now - since if turns == last_turns + 1 else 0.0), now
+            longest, since = max(longest, used - since if turns == last_turns + 1 else 0.0), used
         if waiting or used > before + 0.02:
             moved = now
         self._seen[rank] = [now, moved, used, waiting, since, turns, longest]
@@ -117,15 +117,15 @@ class Watch:
         if not self._ranks.waiting and not self._own_end:
             return
         now = clock.monotonic()
-        for rank, (heard, moved, _, waiting, since, _, longest) in self._seen.items():
+        for rank, (heard, moved, used, waiting, since, _, longest) in self._seen.items():
             if rank in self._finished:
                 continue
             if now - heard > SILENT:
                 self._give_up(f"rank {rank} has not been heard of for {now - heard:.0f} s")
             elif not waiting and now - moved > STILL:
                 self._give_up(f"rank {rank} has been standing still for {now - moved:.0f} s")
-            elif not waiting and now - since > max(BUSY, LONGER * longest):
-                self._give_up(f"rank {rank} has been busy for {now - since:.0f} s, ten times as long as ever before")
+            elif not waiting and used - since > max(BUSY, LONGER * longest):
+                self._give_up(f"rank {rank} has been busy for {used - since:.0f} s, ten times as long as ever before")
 
     def _after_grace(self, rank: int, text: str) -> None:
         """A rank has failed: end the run, unless this one comes to its own end meanwhile."""

@@ -4,15 +4,20 @@ A sum over neighbours takes them in the order of cells, and within a cell in the
 this order is kept by a key of every particle: its cell and its place in it after the last sort. A rank holds whole boxes and
 knows the ghosts around, so that it sorts them as one process would, and each sum has the same bits.
 
-Ghosts reach two supports beyond the box: own particles feel walls a support away, and those feel fluid a support farther.
+Ghosts reach a support beyond the box, and another one near boundary particles: own particles feel walls a support away, and
+those feel fluid a support farther. They get the results of a sweep while it goes on: first come the particles that are
+ghosts elsewhere, and the others while the messages are under way.
 """
 
 from __future__ import annotations
 
+import time as clock
+from functools import wraps
 from itertools import product
 
 import numpy as np
 
+from fsi.owners import WALL
 from fsi.particles.cells import CellSort, Grid
 from fsi.particles.ghosts import Periodic
 from fsi.particles.state import BoundaryState, ParticleState
@@ -23,6 +28,21 @@ from fsi.ranks.decomposition import Decomposition
 from fsi.ranks.kernels import CODE_BITS
 from fsi.scene.model import Scene
 
+PIECES = 4  # of a sweep over the particles that no other rank waits for, between which messages get on
+
+
+def _timed(method):
+    """The method, whose processor time without waiting is added to `used` of the halo."""
+
+    @wraps(method)
+    def timed(self, *arguments):
+        start = clock.process_time() - self.ranks.spun
+        found = method(self, *arguments)
+        self.used += clock.process_time() - self.ranks.spun - start
+        return found
+
+    return timed
+
 
 class RankHalo:
     """A `fsi.protocols.Halo` over ranks, periodic axes included. Owns the decomposition, the keys of the particles and the rows
@@ -30,7 +50,7 @@ class RankHalo:
 
     own_key: keys (n,) of the own particles, in their order, from the last sort; key: those of all particles that are here now,
     ghosts included within a step, of which own_rows are own; moving: numbers of the boundary particles that move, in the
-    order of cells.
+    order of cells; used: processor time [s] that all this has taken, without waiting.
     """
 
     room = 1.2
@@ -39,6 +59,10 @@ class RankHalo:
         self.ranks, self.grid, self._periodic = ranks, grid, Periodic(scene)
         self.width = 4.05 * scene.smoothing_length
         self._reach = 2.01 * scene.smoothing_length
+        self._walls: NearWalls | None = None  # of the boundary, once it is known
+        self._buffers: dict[str, np.ndarray] = {}
+        self._split_of, self._runs = None, ()
+        self.used = 0.0
         self.scattered, self.ghosts = False, 0
         self.own_key = self.key = self.own_rows = np.empty(0, np.int64)
         self.moving = np.empty(0, np.int64)
@@ -55,6 +79,8 @@ class RankHalo:
         self.decomposition = decomposition
         self._low, self._high = decomposition.box(self.ranks.rank)
         self._fixed: np.ndarray | None = None
+        if self._walls:
+            self._walls = NearWalls(self._walls.placed, *self._corners(), self._reach)
         boxes = [self._around(*decomposition.box(rank)) for rank in range(decomposition.size)]
         mine, self._others = decomposition.box(self.ranks.rank), []
         for code, shift in self._images():
@@ -78,6 +104,11 @@ class RankHalo:
             low[d], high[d] = max(low[d], self._periodic.low[d]), min(high[d], self._periodic.high[d])
         return low - self.width, high + self.width
 
+    def _corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners (dim,) of the box as far as particles may be in it."""
+        low, high = self.grid.domain_min, self.grid.domain_max
+        return np.clip(self._low, low, high), np.clip(self._high, low, high)
+
     def _images(self) -> list[tuple[int, np.ndarray]]:
         """(code, shift (dim,)) of a particle itself and of its images, in the order of `Periodic.images`."""
         axes, found = self._periodic.axes, []
@@ -90,6 +121,7 @@ class RankHalo:
 
     # -------------------------------------------------------------------------------------- a step
 
+    @_timed
     def exchange(self, particles: Particles) -> int:
         """See `Halo`."""
         self.drop(particles)
@@ -129,11 +161,16 @@ class RankHalo:
         near = np.empty(particles.count, np.int64)
         near = near[: kernels.outside(particles.position, *self._inner, near)]
         place, given, sources = particles.position[near], {}, {}
+        walled = self._walls(place) if self._walls else None
         for rank, code, shift, low, high in self._others:
             there = np.ones(len(near), bool)
             for d in range(len(low)):
                 x = place[:, d] + shift[d] if shift[d] else place[:, d]
                 there &= (x >= low[d]) & (x <= high[d])
+            if walled is not None and code == 0:
+                close, less = walled.copy(), self.width - self._reach
+                close |= ((place >= low + less) & (place <= high - less)).all(1)
+                there &= close
             chosen = near[there]
             rows = _packed(particles, chosen, self.own_key[chosen] | (code << CODE_BITS))
             rows[:, : len(low)] += shift
@@ -150,11 +187,15 @@ class RankHalo:
             rows[:, :dim], rows[:, dim : 2 * dim], rows[:, 2 * dim].astype(particles.pressure.dtype)
         )
 
+    @_timed
     def locate(self, order: np.ndarray, sort: CellSort) -> int:
         """See `Halo`."""
         inside, own = sort.inside, len(self.own_key)
         self.key = np.empty(inside, np.int64)
-        kernels.arrange(sort.start, order, self._last_key, self.key)
+        if sort.grid.compact:
+            kernels.arrange_compact(sort.start, sort.grid.shape, order, self._last_key, self.key)
+        else:
+            kernels.arrange(sort.start, order, self._last_key, self.key)
         row = np.empty(len(order), np.int64)
         row[order] = np.arange(len(order))
         self._ghosts = np.where(row[own:] < inside, row[own:], -1)
@@ -174,11 +215,51 @@ class RankHalo:
 
     def refresh(self, rows: np.ndarray, columns: slice) -> None:
         """See `Halo`."""
+        into, requests = self._send(rows, columns)
+        self._receive(rows, columns, into, requests)
+
+    def sweep(self, run, near, rows: np.ndarray, columns: slice) -> None:
+        """See `Halo`; the particles that others wait for first."""
+        if self._split_of is not near.groups:
+            self._split(near)
+        outer, *inner = self._runs
+        run(*outer)
+        into, requests = self._send(rows, columns)
+        for part in inner:
+            run(*part)
+            self.ranks.test(requests)
+        self._receive(rows, columns, into, requests)
+
+    @_timed
+    def _split(self, near) -> None:
+        """Part the groups of own particles into those that are ghosts elsewhere, and `PIECES` of the others."""
+        offset, count, group, span, base, lists = self._split_of = near.groups
+        kind = np.zeros(near.bounds[-1], np.int8)
+        kind[self.own_rows], kind[self._from] = kernels.INNER, kernels.OUTER
+        found, room = [], int(count.sum())
+        for which, pieces in ((kernels.OUTER, 1), (kernels.INNER, PIECES)):
+            runs = np.empty((3, room), np.int64)
+            runs = runs[:, : kernels.split(offset, count, group, base, kind, which, *runs)]
+            for part in np.array_split(runs, pieces, axis=1):
+                first, length, start = part.copy()
+                found.append((np.arange(len(first) + 1), (first, length, group, span, start, lists)))
+        self._runs = tuple(found)
+
+    def _buffer(self, name: str, count: int, width: int, dtype) -> np.ndarray:
+        """Memory (count, width) that stands until the next call for the same name; it is kept from step to step."""
+        size, kept = count * width * np.dtype(dtype).itemsize, self._buffers.get(name)
+        if kept is None or len(kept) < size:
+            kept = self._buffers[name] = np.empty(size + size // 4, np.uint8)
+        return kept[:size].view(dtype).reshape(count, width)
+
+    @_timed
+    def _send(self, rows: np.ndarray, columns: slice) -> tuple[np.ndarray, list]:
+        """Begin to give the ghosts what their sources have: where it comes in, and the messages."""
         first, last, _ = columns.indices(rows.shape[1])
-        out = np.empty((len(self._from), last - first), rows.dtype)
-        into = np.empty((len(self._ghosts), last - first), rows.dtype)
+        out = self._buffer("out", len(self._from), last - first, rows.dtype)
+        into = self._buffer("into", len(self._ghosts), last - first, rows.dtype)
         kernels.pick(rows, self._from, first, last, out)
-        ranks, requests, at = self.ranks, [], 0
+        ranks, requests, at, mine = self.ranks, [], 0, None
         for rank, size in self._sizes.items():
             part, at = into[at : at + size], at + size
             if rank == ranks.rank:
@@ -194,9 +275,15 @@ class RankHalo:
             elif len(part):
                 requests.append(ranks.comm.Isend(part, dest=rank))
                 ranks.count("ghosts", part.nbytes)
-        ranks.wait(*requests)
+        return into, requests
+
+    @_timed
+    def _receive(self, rows: np.ndarray, columns: slice, into: np.ndarray, requests: list) -> None:
+        self.ranks.wait(*requests)
+        first, last, _ = columns.indices(rows.shape[1])
         kernels.put(rows, self._ghosts, first, last, into)
 
+    @_timed
     def drop(self, particles: ParticleState) -> np.ndarray | slice:
         """See `Halo`."""
         rows, self.key, self.own_rows = self.own_rows, self.own_key, np.arange(len(self.own_key))
@@ -214,6 +301,8 @@ class RankHalo:
     def nearby(self, placed: BoundaryState) -> np.ndarray:
         """See `Halo`."""
         fixed, low, high = placed.of_owner(0).stop, self._low - self._reach, self._high + self._reach
+        if self._walls is None:
+            self._walls = NearWalls(placed, *self._corners(), self._reach)
         if self._fixed is None:
             p = placed.position[:fixed]
             self._fixed = np.flatnonzero(((p >= low) & (p <= high)).all(1))
@@ -221,6 +310,35 @@ class RankHalo:
         self.moving = fixed + self.grid.order(p)
         near = fixed + np.flatnonzero(((p >= low) & (p <= high)).all(1))
         return np.concatenate([self._fixed, near])
+
+
+class NearWalls:
+    """Whether places in a box are within `reach` [m] of the boundary particles `placed`; some up to twice as far count too."""
+
+    def __init__(self, placed: BoundaryState, low: np.ndarray, high: np.ndarray, reach: float):
+        self.placed, self._low, self._reach = placed, low - reach, reach
+        self._shape = tuple(((high - low) / reach).astype(int) + 3)
+        self._fixed = placed.of_owner(WALL).stop
+        self._marked = self._mark(placed.position[: self._fixed])
+
+    def __call__(self, position: np.ndarray) -> np.ndarray:
+        """For places (n, dim) of the box, with the boundary where it is now."""
+        moving = self.placed.position[self._fixed :]
+        marked = self._marked | self._mark(moving) if len(moving) else self._marked
+        return marked[tuple(np.clip(self._cells(position), 0, np.array(self._shape) - 1).T)]
+
+    def _cells(self, position: np.ndarray) -> np.ndarray:
+        with np.errstate(invalid="ignore"):  # of a particle without a position, which is lost
+            return np.floor((position - self._low) / self._reach).astype(np.int64)
+
+    def _mark(self, position: np.ndarray) -> np.ndarray:
+        """True in the cells of these places, and in those beside them."""
+        marked, cells = np.zeros(self._shape, bool), self._cells(position)
+        marked[tuple(cells[((cells >= 0) & (cells < self._shape)).all(1)].T)] = True
+        for axis in range(marked.ndim):
+            first, last = (np.roll(marked, by, axis) for by in (1, -1))  # what comes round only marks more
+            marked = marked | first | last
+        return marked
 
 
 def _packed(particles: Particles, chosen: np.ndarray, key: np.ndarray) -> np.ndarray:

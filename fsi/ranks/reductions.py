@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsi.compute.reduce import BLOCK, Reductions, block_sums
+from fsi.compute.reduce import BLOCK, Reductions, label_sums
 from fsi.owners import PISTON, WALL
 from fsi.particles.state import BoundaryState
 from fsi.ranks.comm import Ranks
@@ -18,11 +18,9 @@ from fsi.ranks.halo import RankHalo
 class RankReductions(Reductions):
     """`Reductions` over ranks; as long as every rank holds all particles (`RankHalo.scattered`), those of one process."""
 
-    ordered = True
-
     def __init__(self, ranks: Ranks, halo: RankHalo, periods: np.ndarray):
         """periods (dim,): lengths of the periodic axes, 0 for the others."""
-        self._ranks, self._halo, self._periods = ranks, halo, periods
+        self._ranks, self._halo, self._periods, self.processes = ranks, halo, periods, ranks.size
 
     # -------------------------------------------------------------------------------------- of any order
 
@@ -111,10 +109,10 @@ class RankReductions(Reductions):
         ends = np.searchsorted(to[order], np.arange(ranks.size + 1))
         given = {rank: rows[order[ends[rank] : ends[rank + 1]]] for rank in range(ranks.size)}
         got = ranks.swap(given, rows.shape[1], "sums")
-        mine = np.zeros((first[ranks.rank + 1] - first[ranks.rank], values.shape[1]))
-        for _, part in got:
-            mine[part[:, 0].astype(np.int64) - first[ranks.rank]] = part[:, 1:]
-        return ranks.collect(block_sums(mine), everywhere=True).sum(0)
+        mine = np.concatenate([np.empty((0, rows.shape[1])), *(part for _, part in got)])
+        row = np.full(first[ranks.rank + 1] - first[ranks.rank], -1)
+        row[mine[:, 0].astype(np.int64) - first[ranks.rank]] = np.arange(len(mine))
+        return ranks.collect(label_sums(row, mine[:, 1:]), everywhere=True).sum(0)
 
     # -------------------------------------------------------------------------------------- boundary particles
 

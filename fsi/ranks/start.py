@@ -17,14 +17,13 @@ from fsi.extras import require
 from fsi.particles.cells import Grid
 from fsi.particles.layout import Layout
 from fsi.protocols import BodySet, Event, Frame
-from fsi.ranks.balance import Balancer, near_fluid, planned
+from fsi.ranks.balance import Balancer, planned
 from fsi.ranks.comm import Ranks
 from fsi.ranks.faults import Watch
 from fsi.ranks.halo import RankHalo
 from fsi.ranks.reductions import RankReductions
 from fsi.record.run_folder import RunFolder
 from fsi.scene.model import Scene
-from fsi.scene.rheology import Granular
 
 
 def join(shape: str | None, started: int | None) -> Membership:
@@ -65,18 +64,6 @@ def from_wheel(name: str) -> str | None:
     return next((str(Path(file).resolve()) for file in found if Path(file).exists()), None)
 
 
-def refuse(scene: Scene) -> None:
-    """Raise SceneError for what does not run on several processes."""
-    fix = "run the scene in one process, without mpiexec and --ranks"
-    if scene.numerics.solver == "iisph":
-        raise SceneError("iisph does not run on several processes", key="numerics.solver", fix=fix)
-    if any(isinstance(liquid.rheology, Granular) for liquid in scene.all_liquids):
-        fault = (
-            "granular liquids do not run on several processes: the weight above a particle would cross their borders"
-        )
-        raise SceneError(fault, key="liquids", fix=fix)
-
-
 class Membership:
     """This process as one of a run's: what `fsi.runner` and `Simulation` ask of it. `root` is the one that writes."""
 
@@ -84,7 +71,7 @@ class Membership:
         self.ranks, self._shape, self.root = ranks, shape, ranks.root
         self.watch = Watch(ranks)
         self.balancer: Balancer | None = None
-        self._mark: tuple[float, float] | None = None  # end of the last step, and seconds waited until then
+        self._mark: float | None = None  # processor time [s] without waiting, at the end of the last step
         if not self.root:  # one voice speaks
             silence = open(os.devnull, "w")  # noqa: SIM115 as long as the process lives
             sys.stdout = sys.stderr = silence
@@ -98,34 +85,35 @@ class Membership:
 
     def parts(self, scene: Scene, layout: Layout) -> dict:
         """`halo` and `reductions` of the fluid of a scene (`fsi.fluid.fluid.Fluid`). Raises SceneError where a scene cannot be
-        shared."""
-        refuse(scene)
+        shared in the arrangement that is asked for."""
         grid = Grid.over(layout.domain_min, layout.domain_max, scene.spacing, 2 * scene.smoothing_length)
         decomposition = planned(scene, layout, self.ranks.size, self._shape)
         halo = RankHalo(scene, self.ranks, decomposition, grid)
         tank = scene.tank
         ends = zip(tank.axes, tank.min, tank.max, strict=True)
         periods = np.array([(high - low) * (axis in tank.periodic) for axis, low, high in ends])
-        self.balancer = Balancer(scene, self.ranks, halo, near_fluid(layout, 2 * scene.smoothing_length))
+        self.balancer = Balancer(scene, self.ranks, halo)
         return {"halo": halo, "reductions": RankReductions(self.ranks, halo, periods)}
 
     def after_step(self, sim) -> None:
         """Renew the balance of the ranks where it is time for that."""
-        now, waited = clock.perf_counter(), self.ranks.waited
+        used = clock.process_time() - self.ranks.spun
         if self._mark is not None and self.balancer:
-            before, waited_before = self._mark
-            self.balancer(sim, now - before - (waited - waited_before))
-        self._mark = clock.perf_counter(), self.ranks.waited
+            self.balancer(sim, used - self._mark)
+        self._mark = clock.process_time() - self.ranks.spun
 
     def facts(self, steps: int) -> dict:
-        """For `run.json`: the arrangement and how often its boxes moved, and of this rank the seconds that it waited for
-        others, the particles that it holds and its ghosts, and the bytes that it sent in a step, by purpose."""
+        """For `run.json`: the arrangement, how often its boxes moved and what that brought (`Balancer`), and of this rank the
+        seconds that it waited for others and those that exchanges took, the particles that it holds and its ghosts, and the
+        bytes that it sent in a step, by purpose."""
         halo = self.balancer.halo
         return {
             "shape": list(halo.decomposition.shape),
             "cuts": [cut.tolist() for cut in halo.decomposition.cuts],
             "moves": self.balancer.moves,
+            "balance": self.balancer.history,
             "waited": self.ranks.waited,
+            "exchanged": halo.used,
             "own": len(halo.own_key),
             "ghosts": halo.ghosts,
             "sent_per_step": {purpose: size / max(steps, 1) for purpose, size in self.ranks.sent.items()},

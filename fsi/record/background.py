@@ -19,8 +19,8 @@ from fsi.record.files import FULL
 from fsi.scene.model import Scene
 
 QUEUE_LENGTH = 8  # batches; the run waits for the writer beyond it, so that memory stays bounded
-TICK = 0.5  # wall time [s] between the looks for what has waited too long
-BATCH, BATCH_SECONDS = 32, 0.5  # frames, wall time [s]: every hand-over may cost the run a change of threads
+TICK = 0.25  # wall time [s] between the looks for what has waited
+BATCH, BATCH_SECONDS = 32, 0.25  # frames, wall time [s]: every hand-over may cost the run a change of threads
 
 
 def open_recorders(scene: Scene, folder: Path, live: str | None = None, log: dict | None = None) -> list[Recorder]:
@@ -33,24 +33,29 @@ def open_recorders(scene: Scene, folder: Path, live: str | None = None, log: dic
         raise SceneError("the live view shows the timeline", key="output.timeline", fix="set it to true")
     streams: list[Recorder] = []
     if scene.output.mcap:
+        from fsi.record.clock import NAME, ClockRecorder
         from fsi.record.mcap import McapRecorder
 
         streams.append(McapRecorder(folder / "run.mcap", log.get("messages")))
+        streams.append(ClockRecorder(folder / NAME, log.get("clock")))
     if scene.output.timeline and (installed("rerun") or live or log.get("timeline") or not streams):
         from fsi.record.timeline import TimelineRecorder
 
         streams.append(TimelineRecorder(folder / "run.rrd", live, log.get("timeline")))
-    return [Background(streams)] if streams else []
+    return [Background(streams, go_on=scene.output.on_failure == "continue")] if streams else []
 
 
 class Background:
     """A recorder that passes copies of all it sees to other recorders, on a thread of its own.
 
-    What goes wrong there is raised as RunError at the next call, at the latest by `end`.
+    What goes wrong there is raised as RunError at the next call, at the latest by `end`; with `go_on`, the recorder that it
+    went wrong in is left out from then on, and `new_fault` says so.
     """
 
-    def __init__(self, recorders: list[Recorder]):
-        self._recorders = recorders
+    def __init__(self, recorders: list[Recorder], go_on: bool = False):
+        self._recorders, self._go_on = recorders, go_on
+        self._failed: dict[Recorder, str] = {}
+        self._told = 0
         self._queue: Queue = Queue(QUEUE_LENGTH)
         self._thread: Thread | None = None
         self._fault: Exception | None = None
@@ -63,11 +68,12 @@ class Background:
         two writers would share one queue."""
         if self._thread:
             raise RuntimeError("this recorder has begun already")
-        try:
-            for recorder in self._recorders:
+        for recorder in self._recorders:
+            try:
                 recorder.begin(scene, bodies)
-        except (OSError, RuntimeError) as fault:  # the second is rerun's
-            raise _run_error(fault) from fault
+            except (OSError, RuntimeError) as fault:  # the second is rerun's
+                self._give_up(recorder, fault)
+                self._raise()
         self._scene, self._fraction = scene, None
         self._thread = Thread(target=self._write, name="recorder", daemon=True)
         self._thread.start()
@@ -122,25 +128,32 @@ class Background:
         if self._fault:
             raise _run_error(self._fault) from self._fault
 
+    def new_fault(self) -> str:
+        """What has gone wrong since the last call, where the run goes on all the same; empty where nothing has."""
+        faults = list(self._failed.values())[self._told :]
+        self._told += len(faults)
+        return "; ".join(faults)
+
     def _write(self) -> None:
         ticked = clock.monotonic()
         while (jobs := self._next()) is not None:
             for method, arguments in jobs:
                 if method == "mark":
-                    self._try(self._arrive, *arguments)
+                    self._pass_on("tick")  # what comes now may take a while
+                    self._arrive(*arguments)
                 else:
                     self._pass_on(method, *arguments)
             if clock.monotonic() - ticked >= TICK:  # also while news keep coming
                 ticked = clock.monotonic()
                 self._pass_on("tick")
         for recorder in self._recorders:
-            self._try(recorder.end, even_after_fault=True)
+            self._try(recorder, "end", even_after_fault=True)
 
     def _pass_on(self, method: str, *arguments) -> None:
         """To all recorders; only those that hold something back have `tick` and `idle`."""
         for recorder in self._recorders:
             if method not in ("tick", "idle") or hasattr(recorder, method):
-                self._try(getattr(recorder, method), *arguments)
+                self._try(recorder, method, *arguments)
 
     def _next(self) -> list | None:
         """The next jobs; where there are none for `TICK`, the frames that wait and an `idle`."""
@@ -154,15 +167,26 @@ class Background:
         return self._taken() if self._queue.empty() else []
 
     def _arrive(self, arrived) -> None:
-        arrived({name: at for r in self._recorders if hasattr(r, "position") for name, at in r.position().items()})
+        found: dict = {}
+        for recorder in self._recorders:
+            if hasattr(recorder, "position"):
+                found |= self._try(recorder, "position") or {}
+        if not self._failed:  # a log that has ended cannot be gone on with
+            arrived(found)
 
-    def _try(self, call, *arguments, even_after_fault: bool = False) -> None:
+    def _try(self, recorder: Recorder, method: str, *arguments, even_after_fault: bool = False):
         # After a fault the queue is still emptied, or the run would wait for it for ever.
-        if self._fault and not even_after_fault:
-            return
+        if (self._fault or recorder in self._failed) and not even_after_fault:
+            return None
         try:
-            call(*arguments)
+            return getattr(recorder, method)(*arguments)
         except Exception as fault:
+            self._give_up(recorder, fault)
+            return None
+
+    def _give_up(self, recorder: Recorder, fault: Exception) -> None:
+        self._failed.setdefault(recorder, f"{_run_error(fault)}; the run goes on without it")
+        if not self._go_on:
             self._fault = self._fault or fault
 
 

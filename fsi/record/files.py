@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 FULL = (
     errno.ENOSPC,
@@ -32,6 +33,19 @@ def write_text(file: Path, text: str) -> None:
     """Write a text file in one go."""
     with new_file(file) as new:
         new.write_text(text, encoding="utf-8")
+
+
+def write_all(file: BinaryIO, data: bytes) -> None:
+    """Append to a file that has no buffer. OSError where that fails, and the file is then as it was."""
+    start, rest = file.tell(), memoryview(data)
+    try:
+        while rest:
+            rest = rest[file.write(rest) :]
+    except OSError:
+        with suppress(OSError):
+            file.truncate(start)
+            file.seek(start)
+        raise
 
 
 def same_place(path: Path, written: os.stat_result) -> None:

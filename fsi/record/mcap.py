@@ -3,12 +3,14 @@
 Topics: `/series/NAME` (spindrift.Series; units, names and dimensions in the channel's metadata), `/tf`
 (foxglove.FrameTransforms, the centres of mass of all moving bodies, wet and dry), `/events` (foxglove.Log), `/particles`
 (foxglove.PointCloud) with `output.cloud`. The log time is the simulated time, the sequence number the step. Chunks are
-small, and closed after about a second of wall time, so that a killed run loses no more than that.
+small, and what no chunk holds yet stands in `run.mcap.tail`, so that a killed run loses no more than about a second of wall
+time. The file depends on the scene and on what is logged alone, not on when; `fsi.record.clock` has that.
 """
 
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,7 @@ from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 
 from fsi.protocols import BodySet, Event, Frame
 from fsi.record.fields import spatial, values
-from fsi.record.mcap_file import read_file
+from fsi.record.mcap_file import read_file, tail_of
 from fsi.record.mcap_format import POSES, SeriesMessage
 from fsi.record.mcap_reader import entries, read_log
 from fsi.record.mcap_writer import LogWriter
@@ -34,11 +36,12 @@ WORLD = "world"
 class McapRecorder:
     """Writes `run.mcap`; OSError where the file cannot be written, or is taken away while it is.
 
-    With `keep` it goes on after so many messages of the file that is there: they are written anew by the same calls as the
-    first time, so that the whole log is the one of a run that was never stopped.
+    With `keep` (a `position`) it goes on from there: the messages up to it are written anew by the same calls as the first
+    time, so that the whole log is the one of a run that was never stopped. Where damage has taken some of them, the log
+    says so from then on, and `lost` is what it says.
     """
 
-    def __init__(self, path: Path, keep: int | None = None):
+    def __init__(self, path: Path, keep: dict | None = None):
         self._path, self._keep = path, keep
 
     def begin(self, scene: Scene, bodies: BodySet | None) -> None:
@@ -58,20 +61,21 @@ class McapRecorder:
         self._log = LogWriter(self._path if self._keep is None else _beside(self._path), facts)
         if self._keep is not None:
             _copy(self._path, self._log, self._keep)
-            self._log.settle()
             self._log.move(self._path)
+            self._log.show()
 
-    def position(self) -> dict[str, int]:
-        """Messages so far, all of which are on the disk when this returns."""
-        self._log.sync()
-        return {"messages": self._log.count}
+    def position(self) -> dict[str, dict]:
+        """Where the log stands; what `LogWriter.position` does not give is on the disk when this returns."""
+        return {"messages": self._log.position()}
 
     def tick(self) -> None:
-        """Called about twice a second: what has waited for so long goes into the file."""
-        self._log.tick()
+        """Called several times a second: what has waited goes into the tail."""
+        self._log.show()
+
+    idle = tick
 
     def series(self, frame: Frame) -> None:
-        stamp = SeriesMessage(time=frame.time, step=frame.step, wall_time=frame.wall_time).SerializeToString()
+        stamp = SeriesMessage(time=frame.time, step=frame.step).SerializeToString()
         for name, value in frame.series.items():
             if any(name in pair for pair in POSES.values()) or np.size(value) == 0:
                 continue
@@ -84,7 +88,6 @@ class McapRecorder:
             if not self._log.opened("/tf"):
                 self._log.open("/tf", {kind: json.dumps(self._names[kind]) for kind in POSES})
             self._add("/tf", self._poses(frame).SerializeToString(), frame.time, frame.step)
-        self._log.flush()
 
     def particles(self, frame: Frame) -> None:
         """The particles as a point cloud of x, y, z and the fields of the scene, all float32, where `output.cloud` asks
@@ -103,7 +106,6 @@ class McapRecorder:
         for n, name in enumerate(names):
             message.fields.add(name=name, offset=4 * n, type=PackedElementField.FLOAT32)
         self._add("/particles", message.SerializeToString(), frame.time, frame.step)
-        self._log.flush()
 
     def event(self, event: Event) -> None:
         if not self._log.opened("/events"):
@@ -112,7 +114,6 @@ class McapRecorder:
         message = LogMessage(level=number, message=event.text, name=self._scene_name)
         message.timestamp.FromNanoseconds(_nanoseconds(event.moment.time))
         self._add("/events", message.SerializeToString(), event.moment.time, event.moment.step)
-        self._log.flush()
 
     def end(self) -> None:
         self._log.finish()
@@ -143,19 +144,32 @@ class McapRecorder:
         self._log.add(topic, data, _nanoseconds(time), step)
 
 
-def _copy(path: Path, log: LogWriter, keep: int) -> None:
-    """Write the first `keep` messages of a file to a log. OSError where the file does not hold them all."""
+def _copy(path: Path, log: LogWriter, keep: dict) -> None:
+    """Write the messages of a file up to a `position` to a log, and what of them damage has taken. SceneError where the file
+    cannot be read."""
     file = read_file(path)
-    if file.gaps or file.unknown:
-        raise OSError(f"{path} is damaged: the run cannot go on from it; run the scene again in another folder")
-    for channel, step, stamp, data in entries(file):
-        if log.count == keep:
-            return
-        if not log.opened(channel.topic):
-            log.open(channel.topic, channel.metadata)
-        log.add(channel.topic, data, stamp, step)
-    if log.count < keep:
-        raise OSError(f"{path} holds {log.count} messages where the checkpoint has {keep}")
+    sizes = np.cumsum([0, *keep["sizes"]])
+    contents = [keep["data"][a:b].tobytes() for a, b in pairwise(sizes)]
+    waiting = list(zip(keep["topics"], keep["steps"], keep["stamps"], contents, strict=True))
+    facts = {channel.topic: channel.metadata for channel in file.channels.values()}
+    found = [(channel.topic, step, stamp, data) for channel, step, stamp, data in entries(file)]
+    if whole := not (file.unknown or file.lost) and file.before_gaps() >= keep["closed"]:
+        found = found[: keep["closed"]]
+    else:  # counts are of no use
+        last, end = keep["last"][0], keep["last"][1] * 1e-9
+        partial = (log_before := read_log(path)).partial
+        known = set(waiting)
+        found = [entry for entry in found if entry[1] <= last and entry not in known]
+        found = [entry for entry in found if entry[1] not in partial or entry[0] == "/events"]
+    for topic, step, stamp, data in (*found, *waiting):
+        if not log.opened(topic):
+            if topic not in facts:  # with its description, the channel
+                continue
+            log.open(topic, facts[topic])
+        log.add(topic, data, stamp, step)
+    if not whole:
+        spans = [(after, before) for after, before in log_before.lost if after is None or after < end]
+        log.lose([(after, end if before is None else min(before, end)) for after, before in spans])
 
 
 def rewrite(path: Path) -> tuple[int, bool]:
@@ -168,7 +182,7 @@ def rewrite(path: Path) -> tuple[int, bool]:
     try:
         for channel in file.channels.values():
             log.open(channel.topic, channel.metadata)
-        log.flush()
+        log.lose(found.lost)
         for channel, step, stamp, data in entries(file):
             if step in found.partial and channel.topic != "/events":
                 continue
@@ -180,6 +194,7 @@ def rewrite(path: Path) -> tuple[int, bool]:
         _beside(path).unlink(missing_ok=True)
         raise
     log.move(path)
+    tail_of(path).unlink(missing_ok=True)
     return log.count, False
 
 

@@ -30,6 +30,10 @@ CHUNK_HEAD = struct.Struct(
 )  # before it: opcode, length, first and last time, size and checksum of the records
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence number, log time, publish time
 FOOTER_END = struct.Struct("<BQQQI")  # opcode, length, start of the summary, start of its offsets, checksum
+ENTRY = struct.Struct(
+    "<IIQ"
+)  # before each entry of a tail: length and checksum of its records, number of the first message
+LOST = "lost"  # metadata on what damage has taken before the log was written anew
 LIMIT = 2**31  # bytes of the records of a chunk
 SEAL = "crc"  # key of metadata whose value is the checksum of the others
 FACTS = {
@@ -59,6 +63,11 @@ class LogFile:
     gaps: list[int] = field(default_factory=list)
     unknown: bool = False
     damaged: bool = False
+    lost: list[tuple[float | None, float | None]] = field(default_factory=list)  # as an earlier log has told, times [s]
+
+    def before_gaps(self) -> int:
+        """Messages up to the first chunk before which others are lost."""
+        return sum(_counts(records).total() for records in self.chunks[: min(self.gaps, default=None)])
 
 
 def sealed(facts: dict[str, str]) -> dict[str, str]:
@@ -88,7 +97,41 @@ def read_file(path: Path) -> LogFile:
     log.scene = dict(copies[0]) if copies else {}
     log.damaged |= len(copies) < (2 if log.complete and log.scene.pop(SEAL, None) else 1)
     log.channels = dict(_known_channels(data, summary))
+    for facts in _metadata(data, LOST.encode()):
+        log.lost += [tuple(json.loads(text)) for key, text in facts.items() if key != SEAL]
+    if not log.closed:
+        _take_tail(log, path, count)
     return log
+
+
+def tail_of(path: Path) -> Path:
+    """The file of the messages of a log whose chunk is open."""
+    return Path(path).with_name(f"{Path(path).name}.tail")
+
+
+def _take_tail(log: LogFile, path: Path, count: int) -> None:
+    """Put what the tail of a log holds beyond its `count` messages to its chunks."""
+    try:
+        data = tail_of(path).read_bytes()
+    except OSError:
+        return
+    at = 0
+    while at + ENTRY.size <= len(data):
+        length, checksum, first = ENTRY.unpack_from(data, at)
+        records = data[at + ENTRY.size : (at := at + ENTRY.size + length)]
+        if len(records) < length or zlib.crc32(records) != checksum:
+            return
+        skip = 0
+        for _ in range(min(count - first, length)):  # they were put into a chunk just before the kill
+            if skip >= length:
+                break
+            skip += 9 + _length(records, skip)
+        if skip < length:
+            if first > count and not log.gaps:
+                log.gaps.append(len(log.chunks))
+                log.damaged = True
+            log.chunks.append(records[skip:])
+            count = first + _counts(records).total()
 
 
 def messages(log: LogFile) -> Iterator[tuple[int, int, int, int, bytes, int, int]]:
@@ -204,8 +247,7 @@ def _find_gaps(log: LogFile, data: bytes, places: list[tuple[int, int]]) -> tupl
     for n, (start, end) in enumerate(places):
         if at != start:
             log.damaged = True
-            if n or _first_step(log.chunks[0]) > 0:
-                log.gaps.append(n)
+            log.gaps.append(n)
         counts = _counts(log.chunks[n]).values()
         found += sum(counts)
         index = sum(9 + 2 + 4 + 16 * count for count in counts)
@@ -254,12 +296,3 @@ def _stated(summary: bytes, otherwise: int) -> int:
             return struct.unpack_from("<Q", summary, at + 9)[0]
         at += 9 + _length(summary, at)
     return otherwise
-
-
-def _first_step(records: bytes) -> int:
-    at = 0
-    while at < len(records):
-        if records[at] == MESSAGE:
-            return MESSAGE_HEAD.unpack_from(records, at)[3]
-        at += 9 + _length(records, at)
-    return 0

@@ -12,8 +12,9 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 
 from fsi.errors import SceneError
+from fsi.record.clock import read_clock
 from fsi.record.mcap_file import Channel, LogFile, messages, read_file
-from fsi.record.mcap_format import POSES, SeriesMessage
+from fsi.record.mcap_format import POSES, OldSeriesMessage
 from fsi.record.series import SERIES
 
 
@@ -106,7 +107,7 @@ class _Reading:
             cut = end - size
             stamp = data[start : end - rest]
             if self._stamp != (step, stamp) or data[cut - len(tag) : cut] != tag:
-                message = SeriesMessage.FromString(data[start:end])
+                message = OldSeriesMessage.FromString(data[start:end])
                 self.times[step] = message.time, message.wall_time
                 self._stamp = step, stamp
                 if data[cut - len(tag) : cut] != tag:
@@ -163,12 +164,14 @@ def read_log(path: Path) -> RunLog:
     partial = frozenset(holes | _cut(file, reading, every))
     steps = np.array(sorted(set(every) - partial), np.int64)
     times = np.array([reading.times[step] for step in steps.tolist()], float).reshape(-1, 2)
+    if (clock := read_clock(path)) is not None:
+        times[:, 1] = [clock.get(step, np.nan) for step in steps.tolist()]
     variables = {name: _variable(name, rows, steps) for name, rows in reading.rows.items()}
-    lost = _lost(
+    lost = file.lost + _lost(
         [(step, step) for step in holes] + [_beside(file, reading, gap) for gap in file.gaps], steps, times[:, 0]
     )
     if reading.strange or (file.unknown and not lost):
-        lost = [(None, None)]
+        lost = [*file.lost, (None, None)]
     ended = {"complete": file.complete, "closed": file.closed, "damaged": file.damaged}
     return RunLog(
         times[:, 0], steps, times[:, 1], variables, reading.events, file.scene, lost=lost, partial=partial, **ended

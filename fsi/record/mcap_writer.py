@@ -1,12 +1,15 @@
-"""Writes an MCAP file of typed messages so that a kill or damage costs little of it."""
+"""Writes an MCAP file of typed messages so that a kill or damage costs little of it, and so that the same messages make the
+same bytes: chunks end by their size alone. Messages of a chunk that is open stand in a second file meanwhile, the tail."""
 
 from __future__ import annotations
 
 import json
 import os
-import time as clock
+import zlib
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as LogMessage
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
@@ -14,11 +17,11 @@ from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
-from fsi.record.files import same_place
-from fsi.record.mcap_file import sealed
+from fsi.record.files import same_place, write_all
+from fsi.record.mcap_file import ENTRY, LOST, MESSAGE, MESSAGE_HEAD, sealed, tail_of
 from fsi.record.mcap_format import CHUNK_BYTES, SeriesMessage
 
-WAIT = 0.5  # wall time [s] after which a chunk is closed though it is small, so that a kill costs no more
+ENTRY_BYTES = 4096  # of the records of an entry of the tail, or a little more
 KINDS = {"/tf": FrameTransforms, "/events": LogMessage, "/particles": PointCloud}  # topic -> message, else a series
 
 
@@ -47,8 +50,11 @@ class LogWriter:
         self._facts = sealed(facts) if facts else {}
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
-        self._new: dict[str, str] = {}  # channels that stand in no metadata yet
-        self._open_since: float | None = None  # wall time of the oldest message that is not in the file yet
+        self._described: dict[str, str] = {}  # topic and facts of each channel by its number
+        self._open: list[tuple[str, int, int, bytes]] = []  # messages of the open chunk: topic, step, stamp and content
+        self._last = 0, 0  # step and stamp of the last message
+        self._shown = 0  # how many of them are in the tail
+        self._tail, self._broken = None, False
         self._file = path.open("wb")
         self._writer = Writer(_Stream(self), chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library="spindrift")
@@ -70,41 +76,78 @@ class LogWriter:
             self._schemas[name] = register_schema(self._writer, kind)
         number = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name], facts)
         self._channels[topic] = number
-        self._new[str(number)] = json.dumps([topic, facts])
+        self._described[str(number)] = json.dumps([topic, facts])
+        self._writer.add_metadata("channels", sealed({str(number): self._described[str(number)]}))
 
     def add(self, topic: str, data: bytes, stamp: int, step: int) -> None:
         """A message of the time `stamp` [ns]."""
-        self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
-        self.count += 1
-        self._open_since = self._open_since or clock.monotonic()
+        before = self._file.tell()
+        try:
+            self._writer.add_message(self._channels[topic], stamp, data, stamp, sequence=step)
+            chunk = self._file.tell() != before  # it was written, with this message as its last
+            if chunk:
+                self._file.flush()
+        except OSError:
+            self._broken = True
+            self._open.append((topic, step, stamp, data))
+            self.count += 1
+            with suppress(OSError):
+                self._show_rest()
+            raise
+        self.count, self._last = self.count + 1, (step, stamp)
+        if not chunk:
+            self._open.append((topic, step, stamp, data))
+            return
+        self._open, self._shown = [], 0
+        if self._tail:
+            self._tail.seek(0)
+            self._tail.truncate()
 
-    def flush(self) -> None:
-        """Hand what is written to the operating system; messages of a chunk that is open are not."""
-        if self._new:
-            self._writer.add_metadata("channels", sealed(self._new))
-            self._new = {}
+    def lose(self, spans: list[tuple[float | None, float | None]]) -> None:
+        """Note that the messages between these times [s] are lost, None for an end that is not known."""
+        if spans:
+            self._writer.add_metadata(LOST, sealed({str(n): json.dumps(span) for n, span in enumerate(spans)}))
+
+    def show(self) -> None:
+        """Bring all so far into the files, where a reader finds it. OSError where they were taken away."""
+        same_place(self.path, os.fstat(self._file.fileno()))
+        if self._shown < len(self._open):
+            self._file.flush()
+            self._show_rest()
+
+    def _show_rest(self) -> None:
+        if self._tail is None:
+            self._tail = tail_of(self.path).open("wb", buffering=0)
+        while self._shown < len(self._open):  # in small pieces: of a disk that is nearly full they take what is left
+            records, first = b"", self._shown
+            while self._shown < len(self._open) and len(records) < ENTRY_BYTES:
+                records += self._record(*self._open[self._shown])
+                self._shown += 1
+            head = ENTRY.pack(len(records), zlib.crc32(records), self.count - len(self._open) + first)
+            write_all(self._tail, head + records)
+
+    def _record(self, topic: str, step: int, stamp: int, data: bytes) -> bytes:
+        return (
+            MESSAGE_HEAD.pack(MESSAGE, MESSAGE_HEAD.size - 9 + len(data), self._channels[topic], step, stamp, stamp)
+            + data
+        )
+
+    def position(self) -> dict:
+        """Messages in closed chunks, all of which are on the disk when this returns, and the messages of the open one."""
         self._file.flush()
-
-    def settle(self) -> None:
-        """Close the chunk."""
-        self._writer.flush()
-        self.flush()
-        self._open_since = None
-        self._check_place()
-
-    def tick(self) -> None:
-        """Called about twice a second: what has waited for so long goes into the file."""
-        if self._open_since is not None and clock.monotonic() - self._open_since > WAIT:
-            self.settle()
-        self._check_place()
-
-    def sync(self) -> None:
-        """All so far is on the disk when this returns."""
-        self.settle()
         os.fsync(self._file.fileno())
+        topics, steps, stamps, contents = zip(*self._open, strict=True) if self._open else ((), (), (), ())
+        facts = {
+            "closed": self.count - len(self._open),
+            "last": self._last,
+            "topics": list(topics),
+            "steps": list(steps),
+        }
+        sizes = [len(data) for data in contents]
+        return facts | {"stamps": list(stamps), "sizes": sizes, "data": np.frombuffer(b"".join(contents), np.uint8)}
 
     def move(self, path: Path) -> None:
-        """Take the place of the file `path`; closed in between, for Windows renames no file that is open."""
+        """Take the place of the file `path`, and of its tail; closed in between, for Windows renames no file that is open."""
         was_open = not self._file.closed
         self._file.close()
         os.replace(self.path, path)
@@ -113,16 +156,22 @@ class LogWriter:
             self._file = path.open("ab")
 
     def finish(self) -> None:
-        """Write the summary and close the file."""
+        """Write the summary and close the file. What then stands in it no longer stands in the tail."""
         try:
-            self.flush()
+            if self._broken:  # what it wrote last has not come down whole: nothing may follow it
+                return
             self._describe()
+            if self._described:
+                self._writer.add_metadata("channels", sealed(self._described))
             self._writer.finish()
             self._file.flush()
-            self._check_place()
+            same_place(self.path, os.fstat(self._file.fileno()))
+        except OSError:
+            with suppress(OSError):
+                self._show_rest()
+            raise
         finally:
+            if self._tail:
+                self._tail.close()
             self._file.close()
-
-    def _check_place(self) -> None:
-        """OSError where another file, or none, is under the name of this one."""
-        same_place(self.path, os.fstat(self._file.fileno()))
+        tail_of(self.path).unlink(missing_ok=True)

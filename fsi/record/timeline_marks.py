@@ -56,7 +56,6 @@ def log_fixed_loads(stream, scene: Scene, frames: list[Frame], times: list) -> N
     per_newton = ARROW * float(fluid_depth(scene)) / (push * across)
     for n, name in enumerate(scene.loads):
         path = rr.new_entity_path(["world", "loads", name])
-        stream.log(path, rr.Arrows3D.from_fields(colors=[LOAD]), static=True)
         force, centre = (np.stack([f.series[s][n] for f in frames]) for s in ("load_force", "load_centre"))
         vectors, origins = np.nan_to_num(per_newton * force), np.nan_to_num(centre)
         stream.send_columns(path, times, rr.Arrows3D.columns(vectors=vectors, origins=origins))

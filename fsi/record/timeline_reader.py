@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
+import shutil
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +15,8 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.record.fields import VALUE
+from fsi.record.rrd_bytes import DATA, messages, packed, whole_bytes
 
-END = b"RRF2FOOT"  # near the end of a recording that was closed
 FLUID, FIRST, VALUES = "/world/fluid", "Points3D:class_ids", "/values"
 
 
@@ -48,12 +48,15 @@ def read_snapshots(recording: Path, times: Sequence[float]) -> list[Snapshot]:
     return [found[time] for time in sorted(found)]
 
 
-def _chunks(rr, recording: Path, mended: Path, entity: str = FLUID) -> Iterator[dict]:
-    """Columns of the recording's chunks of an entity; what a killed run has written whole is put into `mended` first."""
-    if not mended.is_file() and not _closed(recording):
-        _merge(recording, mended)
+def _chunks(rr, recording: Path, whole: Path, entity: str = FLUID) -> Iterator[dict]:
+    """Columns of the recording's chunks of an entity; of one that was cut off, what is whole is put into `whole` first."""
+    if not whole.is_file() and (end := whole_bytes(recording)) < recording.stat().st_size:
+        shutil.copyfile(recording, whole)
+        os.truncate(whole, end)
     try:
-        for chunk in rr.chunk.RrdReader(mended if mended.is_file() else recording).stream():
+        with warnings.catch_warnings(action="ignore"):  # that it has no directory
+            reader = rr.chunk.RrdReader(whole if whole.is_file() else recording)
+        for chunk in reader.stream():
             if str(chunk.entity_path) == entity and not chunk.is_static:
                 batch = chunk.to_record_batch()
                 yield dict(zip(batch.schema.names, batch.columns, strict=True))
@@ -61,23 +64,17 @@ def _chunks(rr, recording: Path, mended: Path, entity: str = FLUID) -> Iterator[
         raise SceneError(f"cannot be read: {fault}", file=recording, fix="run the scene again") from None
 
 
-def mend(recording: Path) -> None:
-    """Close a recording that was written in parts, or cut off."""
-    new = recording.with_suffix(".rrd.new")
-    if not _closed(recording) and _merge(recording, new):
-        os.replace(new, recording)
+def cut_off(recording: Path) -> None:
+    """Take away the last message of a recording where a kill has cut it in two, and what waited: its chunks become part of the
+    recording. OSError where that fails."""
+    from fsi.record.timeline import tail_of
 
-
-def _merge(recording: Path, into: Path) -> bool:
-    """Write all whole parts of a recording as one; whether that went well."""
-    command = [sys.executable, "-m", "rerun", "rrd", "merge", "--continue-on-error", str(recording), "-o", str(into)]
-    return subprocess.run(command, capture_output=True).returncode == 0 and into.is_file()
-
-
-def _closed(recording: Path) -> bool:
-    with recording.open("rb") as file:
-        file.seek(max(0, recording.stat().st_size - 12))
-        return END in file.read()
+    os.truncate(recording, whole_bytes(recording))
+    if (tail := tail_of(recording)).is_file():
+        data = tail.read_bytes()
+        with recording.open("ab") as file:
+            file.write(b"".join(packed(kind, body) for kind, body in messages(data) if kind == DATA))
+        tail.unlink()
 
 
 def _row(columns: dict, row: int, time: float) -> Snapshot:

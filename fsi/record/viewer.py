@@ -85,7 +85,7 @@ def recording_of(directory: Path) -> Path:
 
     recording = directory / "run.rrd"
     if not recording.is_file():
-        from fsi.record.run_folder import read_manifest
+        from fsi.record.manifest import read_manifest
 
         read_manifest(directory)
         fix = "run the scene with output.timeline = true, and with rerun installed: pip install 'spindrift[viewer]'"
@@ -97,8 +97,8 @@ def recording_of(directory: Path) -> Path:
 
 
 def _with_layers(recording: Path) -> list[str]:
-    """A recording, and the layers that were made of it later (`fsi export --to surface`)."""
-    layers = [recording.with_name("surface.rrd")]
+    """A recording, what waits to be part of it, and the layers that were made of it later (`fsi export --to surface`)."""
+    layers = [recording.with_name(f"{recording.name}.tail"), recording.with_name("surface.rrd")]
     return [str(recording), *(str(layer) for layer in layers if layer.is_file())]
 
 

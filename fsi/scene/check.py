@@ -184,6 +184,12 @@ def _rest(scene: Scene) -> Iterator[Fault]:
 def _control(scene: Scene) -> Iterator[Fault]:
     if scene.control and not scene.bodies:
         yield "control", "there are no bodies with actuators", "add [bodies.NAME] with mjcf, or remove it"
+    elif scene.control and scene.coupler.scheme == "prescribed":
+        yield (
+            "control",
+            "has no effect on prescribed motion: actuators move nothing",
+            "remove it, or use another scheme",
+        )
 
 
 def _files(scene: Scene) -> Iterator[Fault]:

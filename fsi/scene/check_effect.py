@@ -14,7 +14,7 @@ from fsi.errors import SceneError
 from fsi.extras import installed
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
-from fsi.scene.model import ACCURACY, GRIDS, Numerics, Output, Scene, presets
+from fsi.scene.model import ACCURACY, GRIDS, LinearPto, Numerics, Output, Scene, presets
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 
@@ -66,6 +66,8 @@ def _smagorinsky(scene: Scene, numerics) -> str:
 def _mach(scene: Scene, numerics) -> str:
     if scene.gravity == 0:
         return "without gravity there is no wave speed to compare with"
+    if numerics.solver == "iisph" and not (numerics.artificial_viscosity or numerics.wall_friction):
+        return "for 'iisph' it sets the speed of sound of artificial viscosity and wall friction, and both are 0"
     return _fixed_step(scene, numerics) if numerics.artificial_viscosity == 0 else ""
 
 
@@ -103,6 +105,16 @@ def _starts_late(scene: Scene, waves) -> str:
     return f"the run ends at {scene.duration:g} s" if waves.start >= scene.duration else ""
 
 
+def _idle_pto(scene: Scene, part) -> str:
+    pto = getattr(part, "pto", part)  # one, which is here without a joint's name
+    idle = isinstance(pto, LinearPto) and not (pto.damping or pto.stiffness)
+    return "damping and stiffness are 0, so that it gives no force" if idle else ""
+
+
+def _csv(scene: Scene, waves) -> str:
+    return "a table (waves.format = 'csv') holds one spectrum" if waves.format == "csv" else ""
+
+
 def _unbodied(scene: Scene, coupler) -> str:
     return "" if scene.bodies else "there are no bodies"
 
@@ -135,6 +147,12 @@ IDLE: dict[str, Condition] = {
     "runups.*": _instruments,
     "areas.*": _instruments,
     "loads.*": _instruments,
+    "waves.time": _csv,
+    "waves.site": _csv,
+    "control.interval": lambda scene, control: (
+        control.interval >= scene.duration and f"the run ends at {scene.duration:g} s, before a second call"
+    ),
+    "bodies.*.pto": _idle_pto,
     "bodies.*.pto.rest": lambda scene, pto: not pto.stiffness and "there is no spring: stiffness is 0",
     "coupler.scheme": _unbodied,
     "coupler.tolerance": lambda scene, coupler: (
@@ -237,7 +255,8 @@ def idle_solids(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> l
         raise SceneError("has no effect: no part of it lies in the tank", key="tank.bathymetry", fix=fix)
     glued = {name: body for name, body in scene.bodies.items() if body.glued_layers}
     idle = glued if bodies and not bodies.gaps() else {}
-    return [f"bodies.{name}.glued_layers: has no effect: no body of the file moves" for name in idle]
+    lines = [f"bodies.{name}.glued_layers: has no effect: no body of the file moves" for name in idle]
+    return [*lines, *getattr(ground, "notes", ())]
 
 
 def _meets(scene: Scene, solid: Solid) -> bool:

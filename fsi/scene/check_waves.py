@@ -157,6 +157,9 @@ def _in_the_way(scene: Scene) -> Iterator[str]:
 
 
 def _duration(scene: Scene) -> Iterator[str]:
+    ramp = getattr(scene.waves, "ramp", None) or 0.0
+    if ramp >= scene.duration:
+        yield f"waves.ramp: {ramp:g} s, and the run ends at {scene.duration:g} s: the waves do not come to their height"
     end = getattr(piston_motion(scene), "end", 0.0)
     if end > scene.duration:
         yield f"duration: the run ends at {scene.duration:g} s, and the piston has made its waves at {end:.3g} s"

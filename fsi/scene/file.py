@@ -17,6 +17,7 @@ from fsi.scene.check import check_scene
 from fsi.scene.faults import fault_lines
 from fsi.scene.model import Scene
 from fsi.scene.toml import dumps
+from fsi.trust import check_bytes
 
 MOST_BYTES = 20e6  # of a scene file
 LONG_KEY = re.compile(r'(?<![\w"-])(?:(?:[\w-]+|"[^"\n]*")\s*\.\s*){32}')  # parsing it takes the square of its length
@@ -34,7 +35,7 @@ def load_scene(source: str | Path | Scene, overrides: Iterable[str] = (), level:
         data, label, folder = source.model_dump(mode="json", exclude_none=True), source.name, Path()
     else:
         path = _find(source)
-        data, label, folder = _read(path), path.name, path.absolute().parent
+        data, label, folder = read_toml(path), path.name, path.absolute().parent
         data.setdefault("name", re.sub(r"[^\w.-]", "_", path.stem))
     _apply_level(data, level, label)
     for override in overrides:
@@ -54,17 +55,35 @@ def resolved_toml(scene: Scene) -> str:
 
 def scene_levels(source: str | Path) -> dict[str, dict]:
     """Level -> the values that it changes, as the scene file has them under `[levels]`; empty where it has none."""
-    return _read(_find(source)).get("levels", {})
+    return read_toml(_find(source)).get("levels", {})
 
 
 def builtin_scenes() -> dict[str, Path]:
-    """Name -> file of the scenes that installed packages bring, found without importing them. Of two of the same name the
-    first holds, ours before those of others."""
-    found: dict[str, Path] = {}
+    """Name -> file of the scenes that installed packages bring, found without importing them; of two of the same name the
+    first, ours before those of others (`load_scene` refuses the name)."""
+    return {name: files[0] for name, files in _brought().items()}
+
+
+def _brought() -> dict[str, list[Path]]:
+    """Name -> files of the scenes by that name that installed packages bring."""
+    found: dict[str, list[Path]] = {}
     for folder in plugins.folders("scenes"):
         for file in sorted(folder.glob("*.toml")):
-            found.setdefault(file.stem, file)
+            found.setdefault(file.stem, []).append(file)
     return found
+
+
+def namesakes(source: str | Path) -> list[str]:
+    """A note where a built-in name was given and a file of that name stands in the current folder, which is not read."""
+    name, brought = str(source), _brought()
+    if name not in brought or Path(name).is_file():
+        return []
+    here, (built, *_) = Path(f"{name}.toml"), brought[name]
+    if not here.is_file() or here.samefile(built):
+        return []
+    return [
+        f"{name} is the built-in scene {built}; the file {here} of this folder is another: name it {here} to run it"
+    ]
 
 
 def scene_folder(source: str | Path) -> Path:
@@ -80,10 +99,14 @@ def _find(source: str | Path) -> Path:
     except (OSError, RuntimeError, ValueError) as fault:  # too long, a home that is not there, a null byte
         why = getattr(fault, "strerror", None) or str(fault)
         raise SceneError(f"cannot be read: {why}", file=source, fix="check the path") from None
-    builtin = builtin_scenes()
+    builtin = _brought()
     name = str(source)
     if name in builtin:
-        return builtin[name]
+        first, *others = builtin[name]
+        if others:
+            fault = f"several packages bring a scene by that name: {first}, {', '.join(map(str, others))}"
+            raise SceneError(fault, file=name, fix="give the path of one of them, or uninstall a package")
+        return first
     if path.suffix == ".toml" or len(path.parts) > 1:
         raise SceneError("no such file", file=name, fix="give the path of a scene, or a name that `fsi cases` lists")
     close = get_close_matches(name, builtin, n=1)
@@ -91,18 +114,16 @@ def _find(source: str | Path) -> Path:
     raise SceneError(f"neither a file nor a built-in scene; {fix}", file=name)
 
 
-def _read(path: Path) -> dict:
+def read_toml(path: Path) -> dict:
+    """The tables of a file. Raises SceneError for one that is missing, too long, nested too deeply or no TOML."""
+    check_bytes(path, MOST_BYTES, "shorten it")
     try:
-        if (size := path.stat().st_size) > MOST_BYTES:
-            raise SceneError(
-                f"{size / 1e6:.0f} MB of text", file=path.name, fix=f"give at most {MOST_BYTES / 1e6:.0f} MB"
-            )
         text = path.read_text(encoding="utf-8")
         if LONG_KEY.search(text):
             raise RecursionError
         return tomllib.loads(text)
     except RecursionError:
-        raise SceneError("is nested too deeply", file=path.name, fix="see `fsi check` for what a scene has") from None
+        raise SceneError("is nested too deeply", file=path.name, fix="see docs/guide for what it may hold") from None
     except OSError as fault:
         raise SceneError(f"cannot be read: {fault.strerror}", file=path, fix="check the path") from None
     except ValueError as fault:  # its syntax, its encoding, or an integer of thousands of digits

@@ -330,6 +330,9 @@ class Output(Part):
     mcap: bool = True  # write run.mcap
     timeline: bool = True  # write run.rrd
     checkpoint: NonNegative = 300.0  # wall time from one to the next, to resume from [s]; 0 is off
+    on_failure: Literal["stop", "continue"] = (
+        "stop"  # of a log that can no longer be written: the run fails, or does without
+    )
 
 
 class Alarms(Part):

@@ -80,10 +80,10 @@ class Balance(Remembers):
         self._before = momentum, forces, drive, self.fluid.total_count
 
     def ordered(self, sums: np.ndarray, logged: bool) -> np.ndarray:
-        """The sums of a step, where they must not depend on who holds the particles (`Reductions.ordered`): those that are
-        logged, and the momentum that body forces work on."""
+        """The sums of a step, where they must not depend on who holds the particles: those that are logged, and the momentum
+        that body forces work on."""
         fluid, place = self.fluid, corrector_sums(self._dim)
-        if not fluid.reductions.ordered or not (logged or self.scene.fluid.acceleration):
+        if not (logged or self.scene.fluid.acceleration):
             return sums
         sums, found = sums.copy(), fluid.sums()
         sums[place.kinetic], sums[place.height], sums[place.volume] = found[:3]

@@ -21,11 +21,11 @@ from threading import Thread
 import numpy as np
 
 from fsi.errors import SceneError
-from fsi.extras import version_of
+from fsi.record.manifest import versions
 from fsi.scene.file import resolved_toml
 from fsi.scene.model import Scene
 
-MAGIC = b"spindrift-ckpt-1"
+MAGIC = b"spindrift-ckpt-2"
 HEADER_LIMIT, LIMIT = 64 * 2**20, 2**40  # bytes of a header and of a file that are read
 KEPT = 2  # checkpoints of a run
 FOLDER, SUFFIX = "checkpoints", ".checkpoint"
@@ -138,8 +138,8 @@ def _unpacked(tree, arrays: dict[int, np.ndarray]):
 
 def circumstances(scene: Scene) -> dict:
     """What a state depends on besides itself: the scene, and the packages that compute."""
-    versions = {package: number for package in PACKAGES if (number := version_of(package))}
-    return {"scene": resolved_toml(scene), "versions": versions}
+    found = {name: number for name, number in versions().items() if name in PACKAGES}
+    return {"scene": resolved_toml(scene), "versions": found}
 
 
 def files(folder: Path) -> list[Path]:
@@ -184,7 +184,7 @@ class Checkpoints:
 
         def arrived(position: dict) -> None:
             positions.update(position)
-            self._queue.put((facts | {"log": positions}, state))
+            self._queue.put((facts, state | {"log": positions}))
 
         for recorder in waiting[:1]:
             recorder.mark(arrived)

@@ -31,13 +31,18 @@ def carry_out(
     interruption = Interruption(say, lambda name: _leave(sim, folder, recorders, f"stopped by {name} within a step"))
     if sim.ranks:
         sim.ranks.watch.leave = lambda text: _leave(sim, folder, recorders, text, "failed")
+    told: list[str] = []
     with interruption, logged(sim, folder, recorders, say) as checkpoints:
 
         def step(sim: Simulation) -> None:
             on_step(sim)
             _tell_heard(sim)
-            if folder.fault:
-                raise RunError(f"{folder.path} can no longer be written: {folder.fault}")
+            if folder.fault and not told:
+                fault = f"{folder.path} can no longer be written: {folder.fault}"
+                if not goes_on(sim):
+                    raise RunError(fault)
+                told.append(fault)
+                sim.report("warning", f"{fault}; the run goes on all the same")
             due = checkpoints is not None and checkpoints.due
             if sim.ranks:
                 interruption.number, due = sim.ranks.agreed(interruption.number, due)
@@ -102,6 +107,14 @@ def _listening() -> Iterator[None]:
 def _tell_heard(sim: Simulation) -> None:
     while _heard:
         sim.report("warning", _heard.popleft())
+    for recorder in sim.recorders:
+        if hasattr(recorder, "new_fault") and (fault := recorder.new_fault()):
+            sim.report("warning", fault)
+
+
+def goes_on(sim: Simulation) -> bool:
+    """Whether the run goes on where its logs cannot be written."""
+    return sim.scene.output.on_failure == "continue"
 
 
 @contextmanager
@@ -143,7 +156,7 @@ def _manifest(
             folder.write(**facts)
         except OSError as fault:
             text = f"{folder.path}/run.json could not be written: {fault.strerror}"
-            if status != "failed":
+            if status != "failed" and not goes_on(sim):
                 raise RunError(text) from None
             say(text)  # the run's own error is the one raised
 
@@ -185,3 +198,4 @@ def _close(recorders: list[Recorder], sim: Simulation, level: str, text: str) ->
     finally:
         for recorder in recorders:
             recorder.end()
+        _tell_heard(sim)

@@ -19,14 +19,12 @@ PACE = 6.0  # shift along the surface: at most so much of the inner one for each
 
 
 @cache
-def make_advance(
-    dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool = False
-):
+def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool):
     """`advance(i, sums, chunk, ...)`: what `fsi.sph.corrector` does with the sums of particle i, in this order."""
     DIM, edged = dim, shifted and surface
     P, R = columns.field(dim).of("p r")
     U, FILLED = columns.trial(dim).of("u filled")
-    guard_velocity, guard_shift = _make_guards(dim, counted)
+    guard_velocity, guard_shift = _make_guards(dim)
     damp, shift_inside, shift_along = _make_sponge(dim), *_make_shift(dim)
     book = _make_book(dim)
 
@@ -71,11 +69,11 @@ def make_advance(
     return advance
 
 
-def _make_guards(dim: int, counted: bool):
+def _make_guards(dim: int):
     """The wall guard on the way of the velocity, with its impulse, and on that with the shift, which has none."""
     DIM = dim
     (GUARDED,) = columns.corrector_sums(dim).of("guarded")
-    bend = make_guard(dim, counted)
+    bend = make_guard(dim)
 
     @helper(dim, inline=True)
     def guard_velocity(x, u, walls, account, k, dt, totals):

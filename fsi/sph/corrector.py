@@ -16,7 +16,7 @@ from fsi.sph.terms import closeness, interface_gradient, partner, pressure_gradi
 
 @cache
 def make_corrector(
-    lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool, counted: bool = False
+    lanes: int, dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bool, surface: bool
 ):  # fmt: skip
     """The pressure gradient gives the new velocity, and that the new position, x += dt u_new.
 
@@ -77,9 +77,9 @@ def make_corrector(
         return force / r_i, sparse, outward, nearest
 
     passes = ((ALL, pair),) + ((FLUID, surface_pair),) * edged + ((WALLS, wall_pair),) * guarded
-    finish = make_advance(dim, guarded, sponge, shifted, dense, surface, counted)
+    finish = make_advance(dim, guarded, sponge, shifted, dense, surface)
     return over_pairs(
-        "correct", (lanes, dim, guarded, sponge, shifted, dense, surface, counted), start=start,
+        "correct", (lanes, dim, guarded, sponge, shifted, dense, surface), start=start,
         sum=Sum(hold, empty, passes, finish, after if dense else None),
         takes="trial field coefficients label position velocity pressure body_force k dt zones first boundary "
         "boundary_velocity owner centre impulse totals",

@@ -24,6 +24,7 @@ from __future__ import annotations
 from functools import cache
 from typing import NamedTuple
 
+from fsi.compute.lane_sums import plus
 from fsi.compute.lanes import component, dot, maximum, minimum, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
@@ -81,8 +82,8 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         f = slope(t)
         if artificial:
             u_ij = u_i - other_vector(flow, j, U, L, DIM)
-            force = force + artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
-        return density + value(t), lever + x_ij * f, square + f * f * r2, force, solid
+            force = plus(force, artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor)
+        return plus(density, value(t)), plus(lever, x_ij * f), plus(square, f * f * r2), force, solid
 
     def wall_pair(sums, mine, j, flow, k):
         (density, lever, square, force, solid), (x_i, u_i) = sums, mine
@@ -92,8 +93,8 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         f = slope(t) * psi
         if friction:
             u_ij = u_i - other_vector(flow, j, U, L, DIM)
-            force = force + artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.friction_factor
-        return density + value(t) * psi, lever, square, force, solid + x_ij * f
+            force = plus(force, artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.friction_factor)
+        return plus(density, value(t) * psi), lever, square, force, plus(solid, x_ij * f)
 
     def finish(i, sums, trial, velocity, coefficients, body_force, k, dt):
         density, lever, square, force, solid = sums
@@ -131,13 +132,13 @@ def make_source(lanes: int, dim: int, kernel: str):
         (outflow,), (x_i, u_i) = sums, mine
         x_ij = x_i - other_vector(trial, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return (outflow + divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij),)
+        return (plus(outflow, divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)),)
 
     def wall_pair(sums, mine, j, trial, k):
         (outflow,), (x_i, u_i) = sums, mine
         x_ij = x_i - other_vector(trial, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support)) * other(trial, j, P, L)
-        return (outflow + divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij),)
+        return (plus(outflow, divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)),)
 
     def finish(i, sums, trial, field, coefficients, k, dt, start):
         coefficients[i, SOURCE] = coefficients[i, RAW] + dt * k.divergence_factor * sums[0]
@@ -181,13 +182,13 @@ def _gradient(lanes: int, dim: int, kernel: str):
         x_i, p_i = mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return (sums[0] + pressure_gradient(f, p_i, other(field, j, P, L), x_ij),)
+        return (plus(sums[0], pressure_gradient(f, p_i, other(field, j, P, L), x_ij)),)
 
     def wall_pair(sums, mine, j, field, k):
         x_i, p_i = mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return (sums[0] + x_ij * (f * other(field, j, P, L) * k.mirror * p_i),)
+        return (plus(sums[0], x_ij * (f * other(field, j, P, L) * k.mirror * p_i)),)
 
     return hold, empty, pair, wall_pair
 
@@ -217,13 +218,13 @@ def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
         x_i, a_i = mine
         x_ij = x_i - other_vector(pushed, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return (sums[0] + divergence(f, a_i - other_vector(pushed, j, A, L, DIM), x_ij),)
+        return (plus(sums[0], divergence(f, a_i - other_vector(pushed, j, A, L, DIM), x_ij)),)
 
     def wall_pair(sums, mine, j, pushed, k):
         x_i, a_i = mine
         x_ij = x_i - other_vector(pushed, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support)) * other(pushed, j, PSI, L)
-        return (sums[0] + divergence(f, a_i, x_ij),)
+        return (plus(sums[0], divergence(f, a_i, x_ij)),)
 
     def finish(i, sums, chunk, field, coefficients, label, excess, k, dt):
         a_ii = dt * dt * coefficients[i, DIAGONAL]
@@ -260,7 +261,7 @@ def make_change(lanes: int, dim: int, kernel: str):
     def pair(sums, x_i, j, pushed, k):
         x_ij = x_i - other_vector(pushed, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support)) * other(pushed, j, PSI, L)
-        return (sums[0] + divergence(f, other_vector(pushed, j, A, L, DIM), x_ij),)
+        return (plus(sums[0], divergence(f, other_vector(pushed, j, A, L, DIM), x_ij)),)
 
     def finish(i, sums, source, k, dt):
         source[i] = -dt * k.divergence_factor * sums[0]
@@ -281,7 +282,7 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
     hold = _gradient(lanes, dim, kernel)[0]
 
     def start(chunk, impulse, totals):
-        impulse[chunk] = 0.0
+        impulse[chunk] = 0
         totals[chunk] = 0.0
 
     def empty(field, k):
@@ -294,14 +295,14 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
         (force, none, nothing, nearest), (x_i, p_i) = sums, mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return force + pressure_gradient(f, p_i, other(field, j, P, L), x_ij), none, nothing, nearest
+        return plus(force, pressure_gradient(f, p_i, other(field, j, P, L), x_ij)), none, nothing, nearest
 
     def wall_pair(sums, mine, j, field, k):
         (force, none, nothing, nearest), (x_i, p_i) = sums, mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         f = slope(closeness(r2, k.inverse_support))
-        return force + x_ij * (f * other(field, j, P, L) * k.mirror * p_i), none, nothing, minimum(nearest, r2)
+        return plus(force, x_ij * (f * other(field, j, P, L) * k.mirror * p_i)), none, nothing, minimum(nearest, r2)
 
     return over_pairs(
         "implicit_correct", (lanes, dim, kernel, guarded, sponge), start=start,
@@ -332,10 +333,10 @@ def make_force(lanes: int, dim: int, kernel: str, column: int, pressures: int):
         total_x, total_y, total_z = sums
         x_ij = x_i - other_vector(rows, j, X, L, DIM)
         p_j = other_vector(values, j, P, L, M) * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        total_x = total_x + p_j * component(x_ij, 0)
-        total_z = total_z + p_j * component(x_ij, Z)
+        total_x = plus(total_x, p_j * component(x_ij, 0))
+        total_z = plus(total_z, p_j * component(x_ij, Z))
         if DIM == 3:
-            total_y = total_y + p_j * component(x_ij, 1)
+            total_y = plus(total_y, p_j * component(x_ij, 1))
         return total_x, total_y, total_z
 
     def finish(i, sums, first, psi, force, k):
@@ -374,7 +375,7 @@ def make_friction(lanes: int, dim: int, kernel: str):
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         f = slope(closeness(r2, k.inverse_support))
-        return (sums[0] + artificial_viscosity(f, r2, k.eta2, u_i - other_vector(flow, j, U, L, DIM), x_ij),)
+        return (plus(sums[0], artificial_viscosity(f, r2, k.eta2, u_i - other_vector(flow, j, U, L, DIM), x_ij)),)
 
     def finish(i, sums, first, psi, force, k):
         for d in range(DIM):
@@ -404,7 +405,9 @@ def make_layer_sum(lanes: int, dim: int, kernel: str):
         x_i, o_i = mine
         x_ij = x_i - other_vector(rows, j, X, L, DIM)
         apart = o_i - other(rows, j, OWNER, L)
-        return (sums[0] + value(closeness(dot(x_ij, x_ij), k.inverse_support)) * maximum(0.0, 1.0 - apart * apart),)
+        return (
+            plus(sums[0], value(closeness(dot(x_ij, x_ij), k.inverse_support)) * maximum(0.0, 1.0 - apart * apart)),
+        )
 
     def finish(i, sums, total):
         total[i] = sums[0]

@@ -62,14 +62,14 @@ def surface_gate(position_divergence):
 
 @cache
 def make_predictor(
-    lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool, ordered: bool = False
+    lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool
 ):  # fmt: skip
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
     particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
     is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip".
-    `ordered`: no sum depends on neighbours out of reach, not in its last bit either. Without a `surface` a gap between
+    No sum depends on neighbours out of reach, not in its last bit either. Without a `surface` a gap between
     particles is no free surface, and the shift closes it."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
@@ -104,7 +104,7 @@ def make_predictor(
         if DIM == 3:
             rise = rise - component(x_ij, 1) * k.up_y
         taken = slope(closeness(r2, k.inverse_support)) * rise * rise
-        return laplacian, density, spread, force, linked, plus(solid, taken) if ordered else solid + taken
+        return laplacian, density, spread, force, linked, plus(solid, taken)
 
     def fluid_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
@@ -148,6 +148,6 @@ def make_predictor(
 
     passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
     return over_pairs(
-        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface, ordered),
+        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
     )  # fmt: skip

@@ -8,7 +8,8 @@ from __future__ import annotations
 from functools import cache
 
 from fsi.compute.jit import helper
-from fsi.compute.lanes import dot, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.lane_sums import plus
+from fsi.compute.lanes import dot, fence, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.columns import DEFICIT, DIAGONAL, INNER, SOURCE
@@ -80,7 +81,7 @@ def make_sweep(lanes: int, dim: int, dense: bool, responses: int = 0):
     """One more sweep, from the pressures of `field` into `new`, which holds those before: p + alpha (J(p) - p) +
     beta (p - p_before) inside, plain J(p) at the free surface and in spray. So many linear responses in `response` (n, m)
     are taken along into `new_response`, in the groups that touch the box `low` to `high` (`fsi.fluid.response`); they
-    have no source."""
+    have no source, and the pressure has the same bits with and without them."""
     L, DIM, M = lanes, dim, responses
     X, P, R = columns.field(dim).of("x p r")
     weight = make_weight(lanes, dim, dense)
@@ -93,16 +94,16 @@ def make_sweep(lanes: int, dim: int, dense: bool, responses: int = 0):
 
     def pair(sums, mine, j, field, k):
         (pull,), (x_i, r_i) = sums, mine
-        return (pull + weight(field, x_i, r_i, j, k) * other(field, j, P, L),)
+        return (plus(pull, fence(weight(field, x_i, r_i, j, k)) * other(field, j, P, L)),)
 
     @helper(lanes, dim, dense, responses)
     def relax(i, pull, field, new, coefficients, k, alpha, beta):
         jacobi = (k.laplacian_factor * pull - coefficients[i, SOURCE]) / coefficients[i, DIAGONAL]
         p = field[i, P]
         inner = coefficients[i, INNER]
-        step = 1.0 + inner * (alpha - 1.0)
-        new[i, P] = p + step * (jacobi - p) + inner * beta * (p - new[i, P])
-        return step, inner
+        step, back = fence(1.0 + inner * (alpha - 1.0)), fence(inner * beta)
+        new[i, P] = p + step * (jacobi - p) + back * (p - new[i, P])
+        return step, back
 
     def finish(i, sums, field, new, coefficients, k, alpha, beta):
         relax(i, sums[0], field, new, coefficients, k, alpha, beta)
@@ -112,15 +113,15 @@ def make_sweep(lanes: int, dim: int, dense: bool, responses: int = 0):
 
     def pair_too(sums, mine, j, field, k, response):
         (pull, pulls), (x_i, r_i) = sums, mine
-        a = weight(field, x_i, r_i, j, k)
-        return pull + a * other(field, j, P, L), pulls + a * other_vector(response, j, 0, L, M)
+        a = fence(weight(field, x_i, r_i, j, k))
+        return plus(pull, a * other(field, j, P, L)), pulls + a * other_vector(response, j, 0, L, M)
 
     def finish_too(i, sums, field, new, coefficients, k, alpha, beta, response, new_response):
         pull, pulls = sums
-        step, inner = relax(i, pull, field, new, coefficients, k, alpha, beta)
+        step, back = relax(i, pull, field, new, coefficients, k, alpha, beta)
         for m in range(M):
             q, jacobi = response[i, m], k.laplacian_factor * pulls[m] / coefficients[i, DIAGONAL]
-            new_response[i, m] = q + step * (jacobi - q) + inner * beta * (q - new_response[i, m])
+            new_response[i, m] = q + step * (jacobi - q) + back * (q - new_response[i, m])
 
     def where(s, e, field, low, high, k):
         return touches(field, s, e, low, high, 1.0 / k.inverse_support)
@@ -130,40 +131,6 @@ def make_sweep(lanes: int, dim: int, dense: bool, responses: int = 0):
     return over_pairs(
         "sweep", (lanes, dim, dense, responses), **(both if responses else {"sum": plain}),
         takes="field new coefficients k alpha beta response new_response low high",
-    )  # fmt: skip
-
-
-@cache
-def make_response_sweep(lanes: int, dim: int, dense: bool, responses: int):
-    """The part of `make_sweep` that belongs to so many linear responses. Taken along with the pressure, they change the last
-    bits of its sums, so that these depend on which particles share a group; by themselves they do not."""
-    L, DIM, M = lanes, dim, responses
-    X, R = columns.field(dim).of("x r")
-    weight = make_weight(lanes, dim, dense)
-
-    def where(s, e, field, low, high, k):
-        return touches(field, s, e, low, high, 1.0 / k.inverse_support)
-
-    def hold(s, field):
-        return own_vector(field, s, X, L, DIM), own(field, s, R, L) if dense else zero(field, L)
-
-    def empty(field):
-        return (zero_vector(field, L, M),)
-
-    def pair(sums, mine, j, field, response, k):
-        (pulls,), (x_i, r_i) = sums, mine
-        return (pulls + weight(field, x_i, r_i, j, k) * other_vector(response, j, 0, L, M),)
-
-    def finish(i, sums, coefficients, k, alpha, beta, response, new_response):
-        (pulls,), inner = sums, coefficients[i, INNER]
-        step = 1.0 + inner * (alpha - 1.0)
-        for m in range(M):
-            q, jacobi = response[i, m], k.laplacian_factor * pulls[m] / coefficients[i, DIAGONAL]
-            new_response[i, m] = q + step * (jacobi - q) + inner * beta * (q - new_response[i, m])
-
-    return over_pairs(
-        "respond", (lanes, dim, dense, responses), takes="field coefficients k alpha beta response new_response low high",
-        sum=Sum(hold, empty, ((ALL, pair),), finish), where=where,
     )  # fmt: skip
 
 

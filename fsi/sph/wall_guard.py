@@ -31,14 +31,14 @@ def level(guard: float) -> float:
 
 
 @cache
-def make_guard(dim: int, counted: bool = False):
+def make_guard(dim: int):
     """`bend(x, way, walls, account, k, dt)`: the way of a particle in this step, bent so that it does not end where
     phi is above the level.
 
     x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
     list[near:far] - first. account: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
-    owners, added with its moment to taken (owners, 6). `counted`: there as integers, whose sum does not depend on the order;
-    two more columns of centre then say how many there are to 1 N s, and to 1 N m s."""
+    owners, added with its moment to taken (owners, 6), as integers, whose sum does not depend on the order; the last two
+    columns of centre say how many there are to 1 N s, and to 1 N m s."""
     DIM = dim
 
     @helper(dim)
@@ -54,22 +54,7 @@ def make_guard(dim: int, counted: bool = False):
     @helper(dim)
     def crowding(x, way, walls, owner, last, k, time, gradient, apart):
         """phi of the walls of owners up to the `last` after a part of the way, and the sum of the sizes of its gradient's
-        parts; the gradient into `gradient`."""
-        phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
-        gradient[:] = 0.0
-        for n in range(near, far):
-            b = lst[n] - first
-            close = closeness_to(b, x, way, walls, k, time, apart)
-            if close > 0.0 and owner[b] <= last:
-                phi += close * close
-                parts += 4.0 * close * math.sqrt(k.guard_reach2 * (1.0 - close))  # as r / R = sqrt(1 - close)
-                for d in range(DIM):
-                    gradient[d] -= 4.0 * k.guard_reach2 * close * apart[d]
-        return phi, parts
-
-    @helper(dim)
-    def crowding_in_order(x, way, walls, owner, last, k, time, gradient, apart):
-        """The same, in sums whose last bits do not depend on wall particles out of reach."""
+        parts; the gradient into `gradient`. The last bits of these sums do not depend on wall particles out of reach."""
         phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
         gradient[:] = 0.0
         for n in range(near, far):
@@ -82,7 +67,19 @@ def make_guard(dim: int, counted: bool = False):
                     gradient[d] = plus(gradient[d], -4.0 * k.guard_reach2 * close * apart[d])
         return phi, parts
 
-    @helper(dim, counted)
+    @helper(dim)
+    def add(d, impulse, x, o, centre, taken):
+        """Add an impulse along d at x to what owner o has taken, and its moment about the owner's centre, in whole units."""
+        axis, per_impulse, per_moment = 2 if d == DIM - 1 else d, centre[0, DIM], centre[0, DIM + 1]
+        taken[o, axis] += np.int64(np.rint(impulse * per_impulse))
+        for a in range(DIM):
+            axis_a = 2 if a == DIM - 1 else a  # moment = arm x impulse, in right-handed (x, y, z)
+            if axis_a != axis:
+                sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
+                moment = sign * (x[a] - centre[o, a]) * impulse
+                taken[o, 3 + 3 - axis - axis_a] += np.int64(np.rint(moment * per_moment))
+
+    @helper(dim)
     def push(x, way, walls, account, last, k, time, size, gradient, apart):
         """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
         its owner."""
@@ -99,31 +96,6 @@ def make_guard(dim: int, counted: bool = False):
             way[d] -= size * gradient[d]
 
     @helper(dim)
-    def take_moment(d, impulse, x, o, centre, taken):
-        """Add an impulse along d at x to what owner o has taken, and its moment about the owner's centre."""
-        axis = 2 if d == DIM - 1 else d
-        taken[o, axis] += impulse
-        for a in range(DIM):  # moment = arm x impulse, in right-handed (x, y, z)
-            axis_a = 2 if a == DIM - 1 else a
-            if axis_a != axis:
-                sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                taken[o, 3 + 3 - axis - axis_a] += sign * (x[a] - centre[o, a]) * impulse
-
-    @helper(dim)
-    def count_moment(d, impulse, x, o, centre, taken):
-        """The same in whole units."""
-        axis, per_impulse, per_moment = 2 if d == DIM - 1 else d, centre[0, DIM], centre[0, DIM + 1]
-        taken[o, axis] += np.int64(np.rint(impulse * per_impulse))
-        for a in range(DIM):
-            axis_a = 2 if a == DIM - 1 else a
-            if axis_a != axis:
-                sign = 1.0 if (axis - axis_a) % 3 == 1 else -1.0
-                moment = sign * (x[a] - centre[o, a]) * impulse
-                taken[o, 3 + 3 - axis - axis_a] += np.int64(np.rint(moment * per_moment))
-
-    add, crowd = (count_moment, crowding_in_order) if counted else (take_moment, crowding)
-
-    @helper(dim)
     def longest(x, way, walls, k, dt):
         """The longest way [m] of the particle relative to the wall particles that it might reach."""
         length2, (near, far, lst, first, boundary, boundary_velocity) = 0.0, walls
@@ -136,13 +108,13 @@ def make_guard(dim: int, counted: bool = False):
                 length2 = max(length2, way2)
         return math.sqrt(length2)
 
-    @helper(dim, counted)
+    @helper(dim)
     def hold(x, way, walls, account, last, allowed, k, time, gradient, apart):
         """Move the end of the way until the walls of owners up to the `last` crowd it no more than `allowed`; returns
         whether it moved, and whether walls on both sides left no way out."""
         moved = False
         for _ in range(ROUNDS):
-            phi, parts = crowd(x, way, walls, account[0], last, k, time, gradient, apart)
+            phi, parts = crowding(x, way, walls, account[0], last, k, time, gradient, apart)
             if phi <= allowed:
                 break
             slope2 = 0.0
@@ -156,14 +128,14 @@ def make_guard(dim: int, counted: bool = False):
                 return True, True
         return moved, False
 
-    @helper(dim, counted)
+    @helper(dim)
     def bend(x, way, walls, account, k, dt):
         """Returns whether the way had to be bent. A particle that a body squeezes against the
         tank stays in the tank."""
         done, gradient, apart, start = small(DIM), small(DIM), small(DIM), small(DIM)
         done[:], start[:] = 0.0, 0.0
         every, ground = account[1].shape[0], 0  # the last owner whose walls count
-        allowed = max(k.guard_level, crowd(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
+        allowed = max(k.guard_level, crowding(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
         pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
@@ -172,7 +144,7 @@ def make_guard(dim: int, counted: bool = False):
             time = dt * p / pieces
             moved, squeezed = hold(x, done, walls, account, every, allowed, k, time, gradient, apart)
             if squeezed:
-                inside = max(k.guard_level, crowd(x, start, walls, account[0], ground, k, 0.0, gradient, apart)[0])
+                inside = max(k.guard_level, crowding(x, start, walls, account[0], ground, k, 0.0, gradient, apart)[0])
                 hold(x, done, walls, account, ground, inside, k, time, gradient, apart)
             bent = bent or moved
         if bent:

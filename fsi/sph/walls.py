@@ -11,7 +11,8 @@ from functools import cache
 import numpy as np
 
 from fsi.compute.jit import exact, helper
-from fsi.compute.lanes import claim, component, dot, other, other_vector, own_vector, zero, zero_vector
+from fsi.compute.lane_sums import plus
+from fsi.compute.lanes import claim, component, dot, fence, other, other_vector, own_vector, zero, zero_vector
 from fsi.compute.pairs import FLUID, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.pressure import touches
@@ -123,7 +124,7 @@ def make_extrapolation(lanes: int, dim: int, responses: int = 0):
         return (zero(rows, L),)
 
     def pair(sums, x_i, j, rows, k):
-        return (sums[0] + weight(rows, x_i, j, k) * other(rows, j, P, L),)
+        return (plus(sums[0], fence(weight(rows, x_i, j, k)) * other(rows, j, P, L)),)
 
     def finish(i, sums, first, rows, shepard, lift):
         b, full = i - first, shepard[i - first, TOTAL]
@@ -134,8 +135,8 @@ def make_extrapolation(lanes: int, dim: int, responses: int = 0):
 
     def pair_too(sums, x_i, j, rows, response, k):
         total, totals = sums
-        w = weight(rows, x_i, j, k)
-        return total + w * other(rows, j, P, L), totals + w * other_vector(response, j, 0, L, M)
+        w = fence(weight(rows, x_i, j, k))
+        return plus(total, w * other(rows, j, P, L)), totals + w * other_vector(response, j, 0, L, M)
 
     def finish_too(i, sums, first, rows, shepard, lift, response, response_lift):
         total, totals = sums
@@ -152,37 +153,6 @@ def make_extrapolation(lanes: int, dim: int, responses: int = 0):
     return over_pairs(
         "extrapolate", (lanes, dim, responses), **(both if responses else {"sum": plain}),
         takes="first rows shepard lift k response response_lift low high",
-    )  # fmt: skip
-
-
-@cache
-def make_response_extrapolation(lanes: int, dim: int, responses: int):
-    """The part of `make_extrapolation` that belongs to so many linear responses (`fsi.sph.pressure.make_response_sweep`)."""
-    L, DIM, M = lanes, dim, responses
-    (X,) = columns.field(dim).of("x")
-    (TOTAL,) = columns.shepard(dim).of("total")
-
-    def where(s, e, rows, low, high, k):
-        return touches(rows, s, e, low, high, 1.0 / k.inverse_support)
-
-    def hold(s, rows):
-        return own_vector(rows, s, X, L, DIM)
-
-    def empty(rows):
-        return (zero_vector(rows, L, M),)
-
-    def pair(sums, x_i, j, rows, response, k):
-        x_ij = x_i - other_vector(rows, j, X, L, DIM)
-        return (sums[0] + kernel(closeness(dot(x_ij, x_ij), k.inverse_support)) * other_vector(response, j, 0, L, M),)
-
-    def finish(i, sums, first, shepard, response, response_lift):
-        (totals,), b, full = sums, i - first, shepard[i - first, TOTAL]
-        for m in range(M):
-            response[i, m] = (totals[m] + response_lift[b, m]) / full if full > 0.0 else 0.0
-
-    return over_pairs(
-        "reflect", (lanes, dim, responses), takes="first rows shepard k response response_lift low high",
-        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
     )  # fmt: skip
 
 

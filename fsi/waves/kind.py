@@ -17,6 +17,7 @@ from fsi.waves.linear import piston_transfer, wavenumber
 
 BREAKING_DEPTH_RATIO = 0.78  # height over depth of a solitary wave that breaks (McCowan 1894)
 BREAKING_STEEPNESS = 0.142  # height over length of a breaking wave in deep water (Michell 1893)
+NEARLY = 0.72  # of the height at which waves break; two alike that meet do so from 0.77 on (Penney & Price 1952)
 LEAST_HEIGHT, LEAST_LENGTH = 4, 10  # spacings over the height and the length of a wave
 
 Fault = tuple[str, str, str]  # key, fault, fix
@@ -133,6 +134,12 @@ def train_warnings(water: Water, key: str, height: float, period: float) -> Iter
         yield (
             f"{key}: {height:g} m is {height / length:.2f} of the wave length {length:.3g} m; "
             f"waves break at {BREAKING_STEEPNESS} of it at most"
+        )
+    highest = BREAKING_STEEPNESS * length * math.tanh(2 * math.pi * depth / length)  # Miche (1944)
+    if NEARLY * highest < height <= min(highest, BREAKING_DEPTH_RATIO * depth):
+        yield (
+            f"{key}: {height:g} m is {height / highest:.2f} of the {highest:.3g} m at which such waves break: they do so "
+            "where they meet, as before a wall that sends them back; use lower or longer waves"
         )
     yield from resolved(water, "the wave height", height, LEAST_HEIGHT)
     yield from resolved(water, "the wave length", length, LEAST_LENGTH)

@@ -186,3 +186,58 @@ def test_no_log_file_is_left(make, tmp_path, monkeypatch):
     mujoco.mj_checkPos(bodies.model, bodies.data)
     assert any("MuJoCo: " in note and "(1 times)" in note for note in bodies.notes)
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+JOINTED = (
+    '<worldbody><body name="b"{}><joint name="j" type="{}" axis="{}"{}/><geom name="g" type="box" size=".1 .1 .1"/>'
+)
+JOINTED += '<geom name="seen" type="box" size=".1 .1 .11" contype="0" conaffinity="0" mass="0"/></body></worldbody>'
+
+
+@pytest.mark.parametrize(
+    "text, note",
+    [
+        (JOINTED.format(' gravcomp="0.5"', "slide", "0 0 1", ""), "body 'b' has gravcomp = 0.5: MuJoCo bears"),
+        (JOINTED.format("", "slide", "0 0 1", ' stiffness="-5"'), "joint 'j': stiffness is -5: it pushes away"),
+        (JOINTED.format("", "hinge", "0 0 1", ""), "joint 'j' leads out of the plane y = 0"),
+        (JOINTED.format("", "slide", "1 1 0", ""), "joint 'j' leads out of the plane y = 0"),
+        (JOINTED.format("", "hinge", "0 1 0", ""), ""),
+        (
+            JOINTED.format("", "slide", "0 0 1", "") + '<sensor><user name="u" dim="1"/></sensor>',
+            "sensor 'u' of type user",
+        ),
+        (
+            JOINTED.format("", "slide", "0 0 1", "") + '<keyframe><key name="home" qpos=".1"/></keyframe>',
+            "a.xml: keyframe 'home' has no effect",
+        ),
+    ],
+)
+def test_settings_that_act_otherwise_than_one_may_think_are_told(make, text, note):
+    notes = make(dimension=2, a=(text, (0, 0, 0))).notes
+    looks = [line for line in notes if "touches nothing, as one for looks, and is wet" in line]
+    assert len(looks) == 1 and "'seen'" in looks[0]
+    told = [
+        line for line in notes if any(word in line for word in ("gravcomp", "stiffness", "leads", "user", "keyframe"))
+    ]
+    assert len(told) == bool(note) and all(note in line for line in told)
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        (JOINTED.format("", "slide", "0 0 1", ' damping="-1"'), r"joint 'j': damping is -1: it drives the joint"),
+        (f'<option timestep="1e-9"/>{SOLID}', r"timestep is 1e-09 s: a step of the fluid would take thousands"),
+        (
+            '<custom><tuple name="Wet"><element objtype="geom" objname="hull"/></tuple></custom>' + SOLID,
+            r"tuple 'Wet': has no effect; call it 'wet'",
+        ),
+    ],
+)
+def test_settings_that_can_only_be_mistakes_are_refused(make, text, message):
+    with pytest.raises(SceneError, match=message):
+        make(a=(text, (0, 0, 0)))
+
+
+def test_a_geom_that_is_named_wet_twice_counts_once(make):
+    twice = '<element objtype="geom" objname="hull"/>' * 2
+    assert len(make(a=(f'<custom><tuple name="wet">{twice}</tuple></custom>{SOLID}', (0, 0, 0))).solids()) == 1

@@ -108,7 +108,9 @@ def test_places_without_data_are_refused_inside_the_tank_alone(kind, tmp_path):
         SceneError, match=r"bed.* has no data in .* of the tank's area, such as at x = .* set tank.grid.missing"
     ):
         ground(write(tmp_path / kind, gap()))
-    ground(write(tmp_path / kind, gap()), grid={"missing": 29.0})
+    assert ground(write(tmp_path / kind, gap()), grid={"missing": 29.0}).notes == ()
+    (told,) = ground(write(tmp_path / kind), grid={"missing": 29.0}).notes
+    assert told.startswith("tank.grid.missing: has no effect")
     ground(write(tmp_path / kind, gap(i=2)))
 
 

@@ -98,6 +98,13 @@ def test_a_float_between_springs_swings_at_their_frequency(bodies):
     assert (turns[-1] - turns[0]) * dt * omega / math.pi == pytest.approx(len(turns) - 1, rel=1e-3)
 
 
+def test_a_spring_that_is_slack_is_told(bodies):
+    line = {"anchor": (-4.15, 0.0, 0.0), "fairlead": "bow", "mass": 0.0, "EA": 1e3}
+    for length, told in ((3.9, False), (4.0, False), (50.0, True)):
+        notes = " ".join(bodies({"line": line | {"length": length}}).notes)
+        assert ("mooring 'line' has no weight and is 50 m long between ends 4 m apart" in notes) == told
+
+
 def test_a_stiff_line_gets_substeps(bodies):
     slide = '<joint name="surge" type="slide" axis="1 0 0"/>'
     stiff = {"anchor": (-3.0, 0.0, 0.0), "fairlead": "bow", "length": 2.84, "mass": 0, "EA": 1e8}

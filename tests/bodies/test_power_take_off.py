@@ -119,6 +119,14 @@ def test_latching_repeats_after_restore(buoy):
     assert np.array_equal(run(bodies, 60), first)
 
 
+def test_a_table_that_drives_the_joint_is_told(buoy, tmp_path):
+    file = tmp_path / "pto.csv"
+    for rows, told in ((["-1,5", "0,0", "1,-5"], False), (["-1,-5", "0,0", "1,5"], True), (["-1,9", "1,1"], False)):
+        file.write_text("\n".join(["v,F", *rows]))
+        notes = " ".join(buoy({"kind": "table", "file": file}).notes)
+        assert ("drives the joint; one that absorbs has the other sign" in notes) == told
+
+
 def test_table_interpolates_and_its_step_does_not_chatter(buoy, tmp_path):
     (tmp_path / "pto.csv").write_text("velocity,force\n-1,40\n-1e-5,20\n1e-5,-20\n1,-40\n")
     bodies = buoy({"kind": "table", "file": tmp_path / "pto.csv"})

@@ -68,6 +68,10 @@ class Half:
     def refresh(self, rows, columns):
         rows[self._ghosts, columns] = self._swap(self._side, rows[self._sources, columns].copy())
 
+    def sweep(self, run, near, rows, columns):
+        run(near.bounds, near.groups)
+        self.refresh(rows, columns)
+
     def expected(self, count):
         return count
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cases.bench import identity
 from fsi.ranks.start import from_wheel
-from fsi.record.run_folder import load_run
+from fsi.record.dataset import load_run
 
 ROOT = Path(__file__).parents[2]
 MPIEXEC = from_wheel("mpiexec")

@@ -7,15 +7,17 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from cases.bench import scaling
+from cases.bench import rank_trials, scaling
 from fsi.errors import SceneError
-from fsi.ranks.decomposition import Decomposition, chosen_shape, imbalance
-from fsi.ranks.start import refuse
-from fsi.scene.model import Scene
+from fsi.ranks import kernels
+from fsi.ranks.balance import measured_weights
+from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbalance
+from fsi.ranks.halo import NearWalls
 
 sys.path.insert(0, str(Path(__file__).parent))
 import runs  # beside this file
@@ -47,12 +49,12 @@ def test_two_ranks_compute_what_one_does_and_are_resumed_by_one(scene, tmp_path)
     one, two = tmp_path / "one", tmp_path / "two"
     settings = "--threads", 1, "--quiet"
     every_step = "--set", "output.checkpoint=1e-6"
-    done(runs.run(1, "run", scene, "--out", one, "--ranks", "1x1", *settings))
+    done(runs.run(1, "run", scene, "--out", one, *settings))
     done(runs.run(2, "run", scene, "--out", two, "--ranks", "2x1", *settings, *every_step))
     assert json.loads((two / "run.json").read_text())["particles"]["fluid"] == 96
     assert runs.differing(one, two) == []
     forget_the_end(two)
-    done(runs.run(1, "resume", two, *settings, "--ranks", "1x1"))
+    done(runs.run(1, "resume", two, *settings))
     assert runs.differing(one, two) == []
 
 
@@ -185,7 +187,7 @@ def test_any_number_of_ranks_computes_what_one_does(name, tmp_path):
         scene = tmp_path / f"{name}.toml"
         scene.write_text(text)
     settings = *runs.SHORTER.get(name, ()), "--threads", 1, "--quiet", "--set", "output.timeline=false"
-    done(runs.run(1, "run", scene, "--out", tmp_path / "1", "--ranks", "1x1x1", *settings, timeout=1200))
+    done(runs.run(1, "run", scene, "--out", tmp_path / "1", *settings, timeout=1200))
     for arrangement in arrangements:
         ranks, _, shape = arrangement.partition(":")
         done(runs.run(int(ranks), "run", scene, "--out", tmp_path / ranks, "--ranks", shape, *settings, timeout=1200))
@@ -194,9 +196,19 @@ def test_any_number_of_ranks_computes_what_one_does(name, tmp_path):
 
 @started
 @pytest.mark.slow
+@pytest.mark.parametrize("name", rank_trials.KINDS)
+def test_what_sums_in_a_way_of_its_own_does_so_on_ranks(name):
+    if name == "moorings_and_control":
+        pytest.importorskip("moorpy")
+    for *_, found in rank_trials.same_on_ranks([name], [2], share=0.5):
+        assert not any(told.startswith("DIFFERENT") for told in found.values()), found
+
+
+@started
+@pytest.mark.slow
 def test_boxes_follow_the_water_and_change_nothing(scene, tmp_path):
     settings = "--threads", 1, "--quiet", "--until", 2.0, "--set", "alarms.lost_particles=1.0"
-    done(runs.run(1, "run", scene, "--out", tmp_path / "one", "--ranks", "1x1", *settings))
+    done(runs.run(1, "run", scene, "--out", tmp_path / "one", *settings))
     done(runs.run(3, "run", scene, "--out", tmp_path / "three", "--ranks", "3x1", *settings))
     assert runs.differing(tmp_path / "one", tmp_path / "three") == []
     facts = json.loads((tmp_path / "three" / "run.json").read_text())["ranks"]
@@ -204,16 +216,45 @@ def test_boxes_follow_the_water_and_change_nothing(scene, tmp_path):
     assert facts["sent_per_step"]["migration"] > 0
 
 
-def test_what_ranks_cannot_do_is_refused_by_name():
-    tank = {
-        "spacing": 0.1,
-        "duration": 1.0,
-        "tank": {"min": [0, 0], "max": [1, 1]},
-        "fluid": {"still_water_level": 0.5},
-    }
-    refuse(Scene.model_validate(tank))
-    with pytest.raises(SceneError, match="iisph does not run on several processes"):
-        refuse(Scene.model_validate(tank | {"numerics": {"solver": "iisph"}}))
+def test_granular_liquids_stay_whole_over_their_height():
+    sides = np.array([1.0, 1.0, 4.0])
+    assert chosen_shape(4, sides) == (1, 1, 4)
+    assert chosen_shape(4, sides, upright=True)[-1] == 1
+    with pytest.raises(SceneError, match=r"cuts granular liquids across.*4x1x1"):
+        chosen_shape(4, sides, "2x1x2", upright=True)
+
+
+def test_weights_are_those_that_the_ranks_need_and_the_known_ones_where_they_tell_nothing():
+    numbers = np.array([[1e4, 8e3, 0.0], [2e3, 9e3, 2e4], [9e3, 1e3, 3e4], [5e3, 5e3, 5e3], [1e4, 0.0, 1e3]])
+    busy = numbers @ [1e-5, 3e-6, 1e-6]
+    assert measured_weights(np.column_stack([numbers, busy])) == pytest.approx([1.0, 0.3, 0.1], rel=0.1)
+    alike = np.column_stack([np.tile(numbers[0], (2, 1)), [0.10, 0.11]])
+    assert measured_weights(alike) == pytest.approx(list(WEIGHTS.values()), rel=0.05)
+
+
+def test_a_place_is_near_walls_wherever_a_boundary_particle_is_within_reach():
+    random = np.random.default_rng(0)
+    boundary = random.uniform(0, 2, (12, 2))
+    placed = SimpleNamespace(position=boundary, of_owner=lambda owner: slice(0, 8))  # the others move
+    walls = NearWalls(placed, np.array([0.5, 0.0]), np.array([1.5, 2.0]), 0.1)
+    boundary[8:] = random.uniform(0, 2, (4, 2))
+    places = random.uniform([0.5, 0.0], [1.5, 2.0], (2000, 2))
+    apart = np.linalg.norm(places[:, None] - boundary, axis=2).min(1)
+    found = walls(places)
+    assert found[apart < 0.1].all() and not found[apart > 0.29].any()
+    assert walls(np.array([[9.0, np.nan]])).shape == (1,)  # a particle that is lost
+
+
+def test_groups_part_into_those_that_others_wait_for_and_the_rest():
+    offset, count = np.array([0, 10, 20]), np.array([3, 2])
+    group = np.zeros(20, np.int32)
+    group[:4], group[10:13] = [0, 8, 16, 20], [20, 28, 30]
+    kind = np.zeros(30, np.int8)  # of ghosts
+    kind[:10], kind[12:28] = kernels.OUTER, kernels.INNER
+    runs = np.empty((3, 5), np.int64)
+    for which, wanted in ((kernels.OUTER, [[0, 2, 0]]), (kernels.INNER, [[2, 1, 0], [10, 1, 70]])):
+        found = kernels.split(offset, count, group, np.array([0, 70]), kind, which, *runs)
+        assert runs[:, :found].T.tolist() == wanted
 
 
 def test_whole_slices_share_the_work_and_shapes_are_what_was_asked_for():

@@ -42,7 +42,7 @@ def test_run_leaves_a_whole_folder(here, solver):
     assert result.stdout.startswith("runs/small: done, 1 s in 100 steps, ")
     assert "a warning" in result.stderr
     folder = here / "runs" / "small"
-    assert sorted(os.listdir(folder)) == ["run.json", "run.mcap", "scene.toml"]
+    assert sorted(os.listdir(folder)) == ["run.clock", "run.json", "run.mcap", "scene.toml"]
     facts = manifest(folder)
     assert (facts["status"], facts["steps"], facts["threads"]) == ("done", 100, 2)
     assert facts["particles"] == {"fluid": 50, "wall": 10, "body": 0}

@@ -2,7 +2,6 @@
 
 import math
 import random
-import warnings
 from functools import cache
 
 import numpy as np
@@ -13,10 +12,12 @@ import fsi
 import fsi.resuming
 from fsi.errors import SceneError
 from fsi.record import mcap_writer
+from fsi.record.dataset import damage_of
+from fsi.record.export import export
 from fsi.record.mcap import McapRecorder, rewrite
 from fsi.record.mcap_file import MARK
 from fsi.record.mcap_reader import log_complete, read_log
-from fsi.record.run_folder import RunFolder, damage_of, export
+from fsi.record.run_folder import RunFolder
 from fsi.record.viewer import recording_of
 
 STEPS, TRIES = 24, 400
@@ -128,8 +129,9 @@ def test_damage_is_told_by_every_door(whole):
         assert export(whole, "csv").is_file()
     assert "between t" in fsi.resuming.recover(whole)
     assert log_complete(file)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with pytest.warns(
+        RuntimeWarning, match=r"missing is what was logged between t"
+    ):  # also of the log that is whole again
         np.testing.assert_array_equal(fsi.load_run(whole).time, dataset.time)
 
 
@@ -155,11 +157,54 @@ def test_facts_on_the_scene_come_from_its_file_where_the_log_has_lost_them(whole
     assert dataset.sizes["time"] == STEPS
 
 
-def test_a_run_does_not_go_on_from_a_damaged_log(whole, scene):
-    file, data = flipped(whole)
-    with pytest.raises(OSError, match="is damaged"):
-        McapRecorder(file, keep=100).begin(scene, Flap())
-    assert file.read_bytes() == data
+def test_a_run_goes_on_from_a_damaged_log_which_says_what_it_lacks(whole, scene, tmp_path):
+    """The messages beyond the damage are kept, those that had no chunk yet come from the checkpoint, and the loss is told."""
+    recorder = McapRecorder(tmp_path / "run.mcap")
+    recorder.begin(scene, Flap())
+    for step in range(STEPS - 2):
+        recorder.series(frame(step))
+    position = recorder.position()["messages"]
+    file, _ = flipped(whole)
+    lost = read_log(file).lost
+    again = McapRecorder(file, keep=position)
+    again.begin(scene, Flap())
+    for step in range(STEPS - 2, STEPS):
+        again.series(frame(step))
+    again.end()
+    log = read_log(file)
+    assert log_complete(file) and log.lost == lost
+    assert faults_of(log, {"status": "done"}) == [] and {0, STEPS - 3, STEPS - 1} <= set(log.step.tolist()) < set(
+        range(STEPS)
+    )
+
+
+def test_a_log_that_goes_on_has_the_bytes_of_one_that_was_never_stopped(scene, tmp_path, monkeypatch):
+    """Stopped with a chunk that is open, in the middle of what a kill leaves, and also after it was completed by `rewrite`."""
+    monkeypatch.setattr(mcap_writer, "CHUNK_BYTES", 4096)
+    position, whole = None, tmp_path / "whole.mcap"
+    recorder = McapRecorder(whole)
+    recorder.begin(scene, Flap())
+    for step in range(STEPS):
+        recorder.series(frame(step))
+        recorder.tick()
+        if step == STEPS // 2:
+            position = recorder.position()["messages"]
+        if step == STEPS - 2:
+            for suffix in ("", ".tail"):
+                (tmp_path / f"cut.mcap{suffix}").write_bytes((tmp_path / f"whole.mcap{suffix}").read_bytes())
+    recorder.end()
+    assert position["data"].size and not (tmp_path / "whole.mcap.tail").exists()
+    assert read_log(tmp_path / "cut.mcap").step.tolist() == list(range(STEPS - 1))
+    for complete in (False, True):
+        if complete:
+            rewrite(tmp_path / "cut.mcap")
+        (tmp_path / "again.mcap").write_bytes((tmp_path / "cut.mcap").read_bytes())
+        again = McapRecorder(tmp_path / "again.mcap", keep=position)
+        again.begin(scene, Flap())
+        for step in range(STEPS // 2 + 1, STEPS):
+            again.series(frame(step))
+        again.end()
+        assert (tmp_path / "again.mcap").read_bytes() == whole.read_bytes()
 
 
 def test_rewriting_leaves_a_whole_log_alone(whole):

@@ -1,15 +1,15 @@
 """The timeline: what is in the recording, by name, and that its colours mean the same in every frame."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from stand_in import event, frame
 
 rerun = pytest.importorskip("rerun")
 
+from fsi.record import timeline  # noqa: E402
 from fsi.record.colours import colour_map, packed  # noqa: E402
 from fsi.record.fields import levels, top  # noqa: E402
+from fsi.record.rrd_bytes import whole_bytes  # noqa: E402
 from fsi.record.timeline import TimelineRecorder  # noqa: E402
 
 
@@ -48,16 +48,52 @@ def test_everything_is_on_the_timeline(chunks):
 
 def test_timelines_are_ours_alone(chunks):
     names = {name for chunk in chunks["/world/fluid"] for name in chunk.timeline_names}
-    assert names == {"sim_time", "step", "wall_time"}
+    assert names == {"sim_time", "step"}
 
 
-def test_full_disk_is_told(scene, tmp_path, monkeypatch):
-    recorder = TimelineRecorder(tmp_path / "run.rrd")
-    recorder.begin(scene, None)
-    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
-    with pytest.raises(OSError, match="no space left"):
-        recorder.particles(frame(0, bodies=False))
-    recorder.end()
+def test_full_disk_is_told(scene, tmp_path):
+    """At once, at the start and within the run; what is in the file then is whole."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for limit in (1000, 300_000):
+        recorder = TimelineRecorder(tmp_path / f"{limit}.rrd")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+        try:
+            with pytest.raises(OSError, match="File too large"):
+                recorder.begin(scene, None)
+                for step in range(1000):
+                    recorder.particles(frame(step, bodies=False))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert whole_bytes(tmp_path / f"{limit}.rrd") == (tmp_path / f"{limit}.rrd").stat().st_size
+
+
+def test_a_timeline_that_goes_on_has_the_bytes_of_one_that_was_never_stopped(scene, flap, tmp_path, monkeypatch):
+    """With frames that wait for their batch, and with a file that a kill has left longer than the checkpoint knows."""
+    monkeypatch.setattr(timeline, "BUFFERED_FRAMES", 8)
+
+    def log(recorder, first: int, last: int) -> None:
+        for step in range(first, last):
+            recorder.series(frame(step))
+            if step % 5 == 0:
+                recorder.event(event("on the way", step))
+                recorder.particles(frame(step))
+
+    one, two = (TimelineRecorder(tmp_path / name) for name in ("one.rrd", "two.rrd"))
+    for recorder in (one, two):
+        recorder.begin(scene, flap)
+    log(one, 0, 30)
+    one.end()
+    log(two, 0, 13)
+    position = two.position()["timeline"]
+    log(two, 13, 20)
+    again = TimelineRecorder(tmp_path / "two.rrd", keep=position)
+    again.begin(scene, flap)
+    log(again, 13, 30)
+    again.end()
+    assert len(position["time"]) == 5
+    assert (tmp_path / "two.rrd").read_bytes() == (tmp_path / "one.rrd").read_bytes()
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["one.rrd", "two.rrd"]
 
 
 def test_colours_have_one_range(scene):

@@ -17,6 +17,7 @@ from fsi.waves import known_kinds, load_kind
 OFF = {"output.mcap": "false", "output.timeline": "false"}
 WEIGHTLESS = {"gravity": "0"}
 WAVES = {"waves.wave_height": "0.1", "waves.period": "1.5"}
+SPECTRUM = {"waves.kind": "spectrum", "waves.file": "s.csv"}
 SEA = {"sea.waves.wave_height": "0.1", "sea.waves.period": "1.3", "numerics.artificial_viscosity": "0"}
 BLOCK = {"fluid.blocks": "[{min = [0, -0.5], max = [1, 0]}]"}
 OPEN = {"tank.walls": "[]"}
@@ -66,6 +67,15 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "runups.*": ("runups.a", "{start = [1.0], end = [1.5]}", OFF, "both off"),
     "areas.*": ("areas.a", "{min = [1.0], max = [1.5]}", OFF, "both off"),
     "loads.*": ("loads.a", "{on = 'x+'}", OFF, "both off"),
+    "waves.time": ("waves.time", "2", SPECTRUM, "one spectrum"),
+    "waves.site": ("waves.site", "1", SPECTRUM, "one spectrum"),
+    "control.interval": (
+        "control.interval",
+        "9.0",
+        BODY | {"control.function": "c.py:f", "coupler.scheme": "lagged"},
+        "ends at 2 s",
+    ),
+    "bodies.*.pto": ("bodies.b.pto", "{damping = 0.0}", BODY, "no force"),
     "bodies.*.pto.rest": ("bodies.b.pto", "{damping = 3.0, rest = 0.1}", BODY, "no spring"),
     "coupler.scheme": ("coupler.scheme", "lagged", {}, "no bodies"),
     "coupler.tolerance": (
@@ -121,7 +131,8 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
     "tank.open": "refused for a side with a wall or without an axis",
     "tank.periodic": "refused for an axis that the scene does not have",
-    "tank.grid.origin tank.grid.direction tank.grid.level tank.grid.depths tank.grid.missing": "with a grid, see `tank.grid`",
+    "tank.grid.origin tank.grid.direction tank.grid.level tank.grid.depths": "with a grid, see `tank.grid`",
+    "tank.grid.missing": "told by `idle_solids` where nothing is missing",
     "tank.bathymetry": "refused where no part of it lies in the tank, by `idle_solids`",
     "fluid.density liquids.*.density": "pressures and forces are proportional to it",
     "fluid.blocks.*.min fluid.blocks.*.max fluid.blocks.*.velocity": "the fluid at the start",
@@ -141,7 +152,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "liquids.*.rheology.grain_density liquids.*.rheology.pore_density": "with the rheology",
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
-    "waves.distance waves.delay waves.lowest waves.format waves.time waves.site waves.scale waves.terms": "the piston's path",
+    "waves.distance waves.delay waves.lowest waves.format waves.scale waves.terms": "the piston's path",
     "waves.crest waves.place": "the piston's path",
     "sea.heading sea.zone sea.rate sea.start": "walls and zones",
     "sea.waves.*": "those of `waves`, for the incident waves; kinds that a piston alone makes are refused, and `absorb`",
@@ -170,8 +181,9 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "numerics.kernel tank.boundary": "in every sweep; refused where a solver does not know it",
     "numerics.fixed_time_step": "in every step",
     "output.mcap output.timeline": "a stream more or less",
-    "control.function control.interval control.settings": "refused without bodies, actuators, or a class that takes them",
+    "control.function control.settings": "refused for prescribed motion, without bodies, actuators, or a class that takes them",
     "output.checkpoint": "checkpoints more or less often",
+    "output.on_failure": "decides when a log fails",
     "alarms.lost_particles alarms.energy": "when a run fails",
     "bodies.*.dry_inside": "water inside an open body or none",
 }
@@ -225,6 +237,7 @@ def test_every_key_of_a_scene_stands_in_one_of_the_tables():
         "runups.*",
         "areas.*",
         "loads.*",
+        "bodies.*.pto",
     }  # whole parts
     assert keys - leaves - listed == set()
     assert listed - keys == set()
@@ -233,7 +246,9 @@ def test_every_key_of_a_scene_stands_in_one_of_the_tables():
 @pytest.fixture
 def scene(scene_file, tmp_path):
     (tmp_path / "late.csv").write_text("t,x\n5,0\n6,0.01\n7,0\n")
+    (tmp_path / "s.csv").write_text("f,S\n0.4,0.0\n0.6,0.02\n0.8,0.02\n1.0,0.0\n")
     (tmp_path / "b.xml").write_text("<mujoco/>")
+    (tmp_path / "c.py").write_text("def f(run):\n    pass\n")
 
     def load(changes):
         if isinstance(changes, dict) and changes.pop("3D", None):
@@ -262,6 +277,15 @@ def test_a_scene_with_every_default_written_out_says_nothing(scene, tmp_path):
     for changes in ({}, {"numerics.accuracy": "fine", **FIXED}, {"numerics.accuracy": "draft", **WAVES}):
         file.write_text(resolved_toml(scene(dict(changes))))
         assert idle_values(load_scene(file)) == []
+
+
+def test_a_ramp_longer_than_the_run_is_told(scene):
+    told = scene_warnings(scene(WAVES | {"waves.ramp": "500.0"}))
+    assert any(line.startswith("waves.ramp: 500 s, and the run ends at 2 s") for line in told)
+    with pytest.raises(SceneError, match="control: has no effect on prescribed motion"):
+        scene(
+            MOVED | {"control.function": "c.py:f", "coupler.motion.hinge": "{amplitude = 0.1, omega = 1.0}"},
+        )
 
 
 def test_waves_need_blocks_that_reach_the_still_water_level(scene):
@@ -318,11 +342,12 @@ def test_gauges_over_dry_ground_are_told(scene):
         (Ground((2, -1), (3, -0.3)), {}),
         (Ground((2, -1), (3, 0.2)), None),
         (None, BLOCK),
+        (None, {"gauges.a": "{x = 0.0}", "tank.periodic": '["x"]'}),  # where the tank repeats itself there is water
     ):
         it = scene({"gauges.a": "{x = 2.5}"} | (keys or {}))
         laid = build(it, None, ground)
         told = dry_gauges(it, laid.position, laid.boundary)
-        assert bool(told) == (keys != {})
+        assert bool(told) == (keys in (None, BLOCK))
         assert all("gauges a: no free surface there at the start" in line for line in told)
 
 

@@ -222,6 +222,8 @@ def test_waves_that_would_break_are_warned_of(scene_file):
     assert steepness == (
         "waves.wave_height: 0.4 m is 0.40 of the wave length 0.996 m; waves break at 0.142 of it at most"
     )
+    (close,) = scene_warnings(load_scene(scene, ["waves.wave_height=0.11"]))
+    assert close.startswith("waves.wave_height: 0.11 m is 0.78 of the 0.141 m at which such waves break")
     assert scene_warnings(load_scene(scene, ["waves.wave_height=0.1"])) == []
     assert "2.5 particles over the wave height" in scene_warnings(load_scene(scene, ["waves.wave_height=0.05"]))[0]
 

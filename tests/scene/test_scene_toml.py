@@ -150,3 +150,20 @@ def test_accuracy_sets_defaults_and_gives_way_to_what_is_given():
     assert (fine.mach, fine.courant, fine.smoothing_ratio) == (0.15, 0.1, 2.0)
     with pytest.raises(ValueError, match="accuracy"):
         Numerics(accuracy="good")
+
+
+def test_of_two_scenes_of_one_name_it_is_said_which_is_meant(tmp_path, monkeypatch):
+    from fsi import plugins
+    from fsi.scene.file import namesakes
+
+    monkeypatch.chdir(tmp_path)
+    assert namesakes("tank_still") == []
+    (tmp_path / "tank_still.toml").write_text("spacing = 1\n")
+    (told,) = namesakes("tank_still")
+    assert "tank_still is the built-in scene" in told and told.endswith("name it tank_still.toml to run it")
+    assert namesakes("tank_still.toml") == []
+    ours = plugins.folders("scenes")
+    monkeypatch.setattr(plugins, "folders", lambda group: [*ours, tmp_path])
+    with pytest.raises(SceneError, match=r"tank_still: several packages bring a scene by that name: .*; give the path"):
+        load_scene("tank_still")
+    assert builtin_scenes()["tank_still"].parent != tmp_path

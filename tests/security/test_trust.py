@@ -145,6 +145,56 @@ def test_files_without_end_are_refused(here, monkeypatch):
             meshes.mesh_solid(here / file, 2)
 
 
+def test_every_file_is_measured_before_it_is_read(here, monkeypatch):
+    """Also one that a file includes, and one that is cut into rows or parsed as code."""
+    from bodies import rasters, sizes
+    from bodies.sizes import check_file
+    from cases.study.study_file import load_study
+    from fsi import tables, user_code
+    from fsi.scene import file as scenes
+    from fsi.waves.kinds import spectrum
+
+    long = here / "long"
+    long.write_text("<mujoco>" + " " * 2000 + "</mujoco>")
+    (here / "outer.xml").write_text('<mujoco><worldbody/><include file="long"/></mujoco>')
+    for module in (rasters, sizes, tables, user_code, scenes, spectrum):
+        monkeypatch.setattr(module, "MOST_BYTES", 1000)
+    (here / "long.xyz").write_bytes(long.read_bytes())
+    readers = (
+        lambda: check_file(long),
+        lambda: check_file(here / "outer.xml"),
+        lambda: rasters.read(here / "long.xyz", None, 1.0),
+        lambda: tables.read_table(long, ("t", "x"), 3),
+        lambda: user_code.load(f"{long}:law", "control", "scene.toml"),
+        lambda: scenes.load_scene(long),
+        lambda: load_study(long),
+    )
+    for read in readers:
+        with pytest.raises(SceneError, match=r"long(.xyz)?: 0 MB, more than the 0 MB"):
+            read()
+    pytest.importorskip("wavespectra")
+    sea = spectrum.Waves(kind="spectrum", file=long, format="swan")
+    assert "0 MB, more than" in next(sea.faults(None))[1]
+
+
+def test_copies_of_what_a_file_includes_are_counted(here):
+    from bodies.sizes import check_file
+
+    (here / "inner.xml").write_text("<mujoco>" + "<geom/>" * 30 + "</mujoco>")
+    (here / "outer.xml").write_text('<mujoco><replicate count="999"><include file="inner.xml"/></replicate></mujoco>')
+    with pytest.raises(SceneError, match="more than 20000 elements, copies counted"):
+        check_file(here / "outer.xml")
+
+
+def test_a_study_that_is_no_toml_is_refused(here):
+    from cases.study.study_file import load_study
+
+    for text, fault in (("a = " + "9" * 5000, "not TOML"), ("a = " + "[" * 100_000, "nested too deeply")):
+        (here / "study.toml").write_text(text)
+        with pytest.raises(SceneError, match=fault):
+            load_study("study.toml")
+
+
 def test_a_forged_checkpoint_is_refused(here):
     """One whose checksum is right and whose contents are not: too large, of objects, too deep, not what it says."""
     import hashlib

@@ -13,7 +13,8 @@ import pytest
 
 import fsi
 from fsi.errors import SceneError
-from fsi.record.run_folder import RunFolder, liveness, process
+from fsi.record.manifest import liveness, process
+from fsi.record.run_folder import RunFolder
 from fsi.resuming import differences, recover
 from fsi.simulation import checkpoint
 

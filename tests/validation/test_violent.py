@@ -8,7 +8,7 @@ from cases.validation.engine.registry import load
 from cases.validation.engine.runner import run_case
 from fsi import runner
 from fsi.errors import RunError
-from fsi.record.run_folder import read_manifest
+from fsi.record.manifest import read_manifest
 
 # of the energy at the start; the rows of these two miss their target, 0.001, by more than the others do
 RISE = {"long_run": 0.06, "violent_columns": 0.008}

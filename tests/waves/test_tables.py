@@ -19,6 +19,12 @@ def refusal(file, lines, least=3) -> str:
     return caught.value.fault
 
 
+def test_units_of_the_si_in_a_header_are_taken(tmp_path):
+    for head in ("t [s],x [m]", "Time (s),Position (m, left)"):
+        (tmp_path / "t.csv").write_text("\n".join([head, *GOOD]))
+        assert len(read_table(tmp_path / "t.csv", ("time", "position"), 3)) == len(GOOD)
+
+
 @pytest.mark.parametrize("text", ["\n", "\r\n", "\n\n"])
 def test_tables_of_spreadsheets_are_taken(tmp_path, text):
     file = tmp_path / "t.csv"
@@ -41,6 +47,12 @@ def test_tables_of_spreadsheets_are_taken(tmp_path, text):
         (["t,x", "0,0", "0.5", "1,0"], "row 3: has 1 column, '0.5', where 2 belong"),
         (["t,x", "0,0", "1,1"], "has 2 rows of numbers under its header, and needs 3 or more"),
         (["t,x"], "has 0 rows of numbers"),
+        (
+            ["time [ms],x [m]", "0,0", "500,0.01", "1000,0"],
+            "row 1, column time: is in ms, and is read in units of the SI",
+        ),
+        (["t (s),angle (deg)", *GOOD], "row 1, column position: is in deg"),
+        (["t [s],v [mm/s]", *GOOD], "row 1, column position: is in mm"),
         ([""], "is empty"),
     ],
 )

@@ -12,7 +12,8 @@ from pydantic import Field
 from fsi.errors import SceneError
 from fsi.extras import require
 from fsi.parts import FilePath, NonNegative, Positive
-from fsi.tables import read_table
+from fsi.tables import MOST_BYTES, read_table
+from fsi.trust import check_bytes
 from fsi.waves.incident import IncidentWaves
 from fsi.waves.kind import Fault, Surface, Train, Water, WaveKind, resolved
 from fsi.waves.kinds.irregular import IrregularPiston, random_sea, sea_surface
@@ -65,6 +66,7 @@ class Waves(WaveKind):
         if reader is None:
             known = sorted(n.removeprefix("read_") for n in dir(library) if n.startswith("read_"))
             raise SceneError(f"no reader {self.format!r}", key="waves.format", fix=f"known are csv, {', '.join(known)}")
+        check_bytes(self.file, MOST_BYTES, "cut it to the time and the site of the waves")
         try:
             found = reader(str(self.file)).spec.oned()
         except Exception as fault:  # every reader has its own
