@@ -32,6 +32,8 @@ def episode(env, damping: float, hold: float = 0.0) -> list[tuple[float, float, 
 if __name__ == "__main__":
     env, last = fsi.Environment(scene, reward=power, interval=INTERVAL, warm_up=6.0), int(3 * PERIOD / INTERVAL)
     held = {0.0: (40.0, 75.0, 120.0), 0.5: (40.0,)}  # s at the ends of the swings, and the damping between them [N m s]
-    means = {(d, hold): sum(r[2] for r in episode(env, d, hold)[-last:]) / last for hold, ds in held.items() for d in ds}
+    means = {
+        (d, hold): sum(r[2] for r in episode(env, d, hold)[-last:]) / last for hold, ds in held.items() for d in ds
+    }
     print(", ".join(f"{d:g} N m s, held {hold:g} s: {watts:.2f} W" for (d, hold), watts in means.items()))
     assert means[40.0, 0.5] > 1.15 * max(watts for (_, hold), watts in means.items() if not hold)

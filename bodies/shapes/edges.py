@@ -59,7 +59,10 @@ def _row(
     settled between their neighbours at depths that lie `between` two [m]."""
     points = thinning.apart(points, 0.08 * spacing, points[:0])  # equally dense along the lines
     chosen = np.vstack([fixed, thinning.apart(points, 0.9 * spacing, fixed)])
-    good, before = np.zeros(len(chosen) - len(fixed), bool), np.full((len(chosen) - len(fixed), points.shape[1]), np.nan)
+    good, before = (
+        np.zeros(len(chosen) - len(fixed), bool),
+        np.full((len(chosen) - len(fixed), points.shape[1]), np.nan),
+    )
     for _ in range(60 if len(chosen) > len(fixed) else 0):
         centre = thinning.centres(points, chosen, 1.5 * spacing)[len(fixed) :]
         moved = np.flatnonzero((centre != before).any(axis=1))
