@@ -90,7 +90,7 @@ class BodySet:
         notes += said
         notes += checks.check_inside(self._solids, labels, self.names, scene, source, looks)
         self._gaps = self._make_gaps(scene, geoms, source)
-        self._insides: dict[int, list[Held]] = {}  # body -> its inside, where it starts dry
+        self.insides: dict[int, list[Held]] = {}  # body -> its inside, where it starts dry
         self._held, said = self._make_held(scene)
         notes += said
         self._round = self._find_round(geoms)
@@ -312,7 +312,7 @@ class BodySet:
         from bodies.floating import Floating
 
         width = scene.tank.width if self.dimension == 2 else None
-        return Floating(self, self._insides, scene.fluid.density, scene.fluid.still_water_level, width)
+        return Floating(self, self.insides, scene.fluid.density, scene.fluid.still_water_level, width)
 
     def _still_forces(self, data: mujoco.MjData) -> np.ndarray:
         """Joint forces (nv,) besides those of the file, of bodies at rest."""
@@ -326,7 +326,7 @@ class BodySet:
     def _start_at_rest(self, scene: Scene) -> list[str]:
         """Put the bodies of the files that start at their equilibrium there; notes on where that is."""
         wanted = [key for key, file in scene.bodies.items() if file.start == "equilibrium"]
-        self._gaps, self._insides, self._held = [], {}, []
+        self._gaps, self.insides, self._held = [], {}, []
         self._held, _ = self._make_held(scene)
         moving = ~self._stepper.fixed
         for dof, body in enumerate(self.model.dof_bodyid):
@@ -398,7 +398,7 @@ class BodySet:
                     continue
                 if file.dry_inside:
                     found.append(inside)
-                    self._insides[b] = [inside]
+                    self.insides[b] = [inside]
                     continue
                 size = f"{inside.volume:.3g} {'m2' if self.dimension == 2 else 'm3'}"
                 fix = f"set bodies.{key}.dry_inside = true to leave it out"

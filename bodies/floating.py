@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from fsi.owners import FIRST_BODY
+from fsi.particles.displaced import cells
 from fsi.protocols import BodyMotion
 
 CELLS = {2: 20_000, 3: 30_000}  # of the box around a body
@@ -36,21 +37,12 @@ class Hull:
     """The cells of a body: `place` (n, 3) [m] in its frame about the centre of mass, `size` (n,) [m3] of what is solid."""
 
     def __init__(self, solids, motion: BodyMotion, b: int, width: float | None):
-        bounds = [solid.bounds() for solid in solids if hasattr(solid, "bounds")]
-        low = np.min([one for one, _ in bounds], axis=0)
-        high = np.max([one for _, one in bounds], axis=0)
-        dim, span = len(low), high - low
-        self.step = float((np.prod(span) / CELLS[dim]) ** (1 / dim))
-        counts = np.ceil(span / self.step).astype(int) + 2
-        first = (low + high) / 2 - 0.5 * (counts - 1) * self.step
-        points = first + self.step * np.indices(counts).reshape(dim, -1).T
-        clearance = np.min([solid.clearance(points) for solid in solids], axis=0)
-        share = np.clip(0.5 - clearance / self.step, 0.0, 1.0)
-        points, share = points[share > 0], share[share > 0]
+        dim = 2 if width is not None else 3
+        points, size, self.step = cells(solids, CELLS[dim])
         whole = np.tile(motion.position[b], (len(points), 1))
         whole[:, [0, 2] if dim == 2 else [0, 1, 2]] = points
         self.place = (whole - motion.position[b]) @ motion.rotation[b]
-        self.size = share * self.step**dim * (1.0 if width is None else width)
+        self.size = size * (1.0 if width is None else width)
 
     def displaced(self, motion: BodyMotion, b: int, level: float) -> tuple[float, np.ndarray]:
         """Volume and its centre, of `buoyancy`."""

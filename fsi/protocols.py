@@ -7,6 +7,7 @@ part after, in the world frame about the body's centre of mass.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -94,6 +95,7 @@ class BodySet(Stateful, Protocol):
     actuator_names: tuple[str, ...]
     mooring_names: tuple[str, ...]  # lines that MuJoCo does not know
     mass: np.ndarray  # (b,) [kg], mass carried by each wet body alone
+    insides: Mapping[int, Sequence[Solid]]  # of bodies that start dry inside, by number: what they keep dry
     dimension: int  # in two dimensions the fluid acts on x, z and pitch alone
     notes: tuple[str, ...]  # what was decided for the user so far: substeps, implicit springs, thin plates
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 
 import numpy as np
 
@@ -44,9 +45,9 @@ class Fluid:
     """The order of one step. Owns the time step's scalars and these parts:
 
     particles: the fluid particles; placed: the boundary particles where their owners have put them; solids: how these act on
-    the fluid, a `BoundaryTreatment`; solver: a `PressureSolver`; rheology: of viscosities that vary, None without; force: the
-    body force; halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; reductions: sums
-    over all particles.
+    the fluid, a `BoundaryTreatment`; solver: a `PressureSolver`; rheology: of viscosities that vary, None without; standing:
+    the pressure that stands anyway, None without; force: the body force; halo: the ghosts; near: the neighbours of the fluid
+    particles; work: the memory of a step; reductions: sums over all particles.
 
     `lost` counts the particles that have left the domain, of all processes, `left` those that did by an open side of the tank.
     `k`, `dt`: scalars of the scheme and time step [s], of this step.
@@ -89,6 +90,11 @@ class Fluid:
             from fsi.fluid.loads import FixedLoads
 
             self.loads = FixedLoads(scene, layout.loads, self.owners)
+        self.standing = None
+        if scene.numerics.standing_pressure == "apart":
+            from fsi.fluid.standing import Standing, stands
+
+            self.standing = Standing(scene, layout, team, reductions) if stands(scene, layout) else None
         self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
         self.left = np.zeros(len(scene.tank.open), int)  # particles that left by each open side, which are not lost
         self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
@@ -227,6 +233,9 @@ class Fluid:
         elif rheology:
             rheology.resist(near, work.flow, work.trial, self.velocity, self.k, self.dt)
         self.halo.refresh(work.trial, slice(columns.trial(self.dim).u, None))
+        if self.standing:
+            self.standing.begin(self.particles, self.dt)
+            self.standing.stand(self.position, self.solids.position[: self.solids.count], self.dtype)
 
     def pressure(self, acceleration: np.ndarray, response: LinearResponse | None = None) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""
@@ -235,6 +244,8 @@ class Fluid:
         self.solver.update(self.k, self.dt, response)
         self._weigh_rows(self.work.field[: self.count, columns.field(self.dim).p], response)
         self._weighed = self._counts is not None
+        if self.standing:
+            self.standing.take_out(self.work.field)
         wrench = self.wrench(viscous=True) if self.owners > 1 else np.zeros((self.owners, 6))
         return wrench + self._grasp(acceleration[None])[0] if self._stiff else wrench
 
@@ -285,6 +296,8 @@ class Fluid:
         """New velocities and positions. Returns the sums of `columns.corrector_sums` and the impulse (owners, 6) that the wall
         guard handed to the owners."""
         near, work, solids, state = self.near, self.work, self.solids, self.particles
+        if self.standing:
+            self.standing.push(state.velocity, self.dt)
         chunks = len(near.bounds) - 1
         place = columns.corrector_sums(self.dim)
         owner, centre = (solids.owner, solids.centre) if self.loads is None else self.loads.booked(solids)
@@ -296,6 +309,8 @@ class Fluid:
             state.position, state.velocity, state.pressure, self.force.uniform, self.k, self.dt, self.zones, state.count,
             solids.position, solids.velocity, owner, centre, impulse, sums,
         )  # fmt: skip
+        if self.standing:
+            self._restore_standing()
         self._kept = self.halo.drop(state)
         maxima = self.reductions.largest(sums[:, : place.kinetic])
         totals = self.reductions.total(sums[:, place.kinetic :])
@@ -303,6 +318,12 @@ class Fluid:
         if self.loads is not None:
             impulse = self.loads.unbooked(impulse)
         return np.concatenate([maxima, totals]), solids.smoothed(impulse)
+
+    def _restore_standing(self) -> None:
+        """The whole pressure, for the rows and for the next step."""
+        self.standing.give_back(self.work.field)
+        pressure = self.work.field[: self.count, columns.field(self.dim).p]
+        self.particles.pressure[:] = pressure if self._counts is None else pressure / self._counts
 
     def sums(self) -> np.ndarray:
         """After `correct`: kinetic energy, r height, volume / dr^dim and momentum (dim,) of all fluid as in its sums, in an
@@ -331,7 +352,16 @@ class Fluid:
         """Wrench (owners, 6) of the fluid on its owners about their centres; the fixed walls only if asked for."""
         least, field = 0 if walls else 1, self.work.field
         wrench = self.solids.press(field, field, column=columns.field(self.dim).p, columns=1, least=least)[0]
+        if self.standing:
+            on_fluid = self.standing.on_fluid(self.particles, float(self.k.mass)) if walls else None
+            wrench = wrench + self.standing.wrench(self.solids, field, on_fluid)
         return wrench + self.solids.drag(self.work.flow, least) if viscous else wrench
+
+    def felt(self) -> np.ndarray:
+        """Force (2, count, dim) of the whole pressure, and of viscosity, on each boundary particle [N]."""
+        field, column = self.work.field, columns.field(self.dim).p
+        with self.standing.whole(field) if self.standing else nullcontext():
+            return self.solids.felt(field, column, self.work.flow)
 
     def driven(self) -> np.ndarray:
         """Sum over the particles of r times their acceleration by gravity and other body forces (dim,) [m/s2]."""
@@ -383,6 +413,7 @@ class Fluid:
             "last_seen": None if self.last_seen is None else self.last_seen.copy(),
             "gone": self.gone.copy(),
             "residual": float(self.residual()),
+            **({"standing": self.standing.state()} if self.standing else {}),
             "fields": self._whole({name: values.copy() for name, values in viscosities.items()}),
         }
 
@@ -395,6 +426,8 @@ class Fluid:
         self.particles.restore(state["particles"])
         self.placed.restore(state["boundary"])
         self.solver.restore(state["solver"])
+        if self.standing:
+            self.standing.restore(state["standing"])
         if self.rheology:
             self.rheology.restore(state["rheology"])
         self.work.reserve(self.count)
@@ -475,7 +508,7 @@ class Fluid:
         work, liquids = self.work.nbytes, (self.liquid, self._relative)
         sizes = (
             self.particles.nbytes + sum(a.nbytes for a in liquids if a is not None), self.particles.spare_nbytes,
-            work["rows"] + (self.rheology.nbytes if self.rheology else 0), work["arena"], self.near.nbytes,
+            work["rows"] + sum(part.nbytes for part in (self.rheology, self.standing) if part), work["arena"], self.near.nbytes,
             self.sort.nbytes, work["responses"], self.placed.nbytes + self.solids.nbytes,
         )  # fmt: skip
         return dict(zip(MEMORY, sizes, strict=True))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.scene.model import Scene
-from fsi.sph import columns
 
 LEAST = 1e-9  # share of the largest force, below which a load has no centre
 
@@ -50,7 +49,7 @@ class FixedLoads:
     def open(self, fluid) -> None:
         """Note the forces of a step: called between its pressure and the corrector."""
         solids = fluid.solids
-        force = solids.felt(fluid.work.field, columns.field(fluid.dim).p, fluid.work.flow)
+        force = fluid.felt()
         number, position = solids.order, solids.position[: solids.count]
         held = solids.held & self._weight[:, number].any((0, 2))
         rows = fluid.reductions.together(number[held], position[held], force[:, held].swapaxes(0, 1))

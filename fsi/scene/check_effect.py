@@ -71,6 +71,14 @@ def _mach(scene: Scene, numerics) -> str:
     return _fixed_step(scene, numerics) if numerics.artificial_viscosity == 0 else ""
 
 
+def _standing_pressure(scene: Scene, numerics) -> str:
+    if numerics.solver == "iisph":
+        return "'iisph' has its own sum over pairs"
+    if scene.liquids:
+        return "between liquids every pressure acts in pairs"
+    return "" if scene.gravity or scene.fluid.acceleration else "without gravity no pressure stands"
+
+
 def _fixed_step(scene: Scene, numerics) -> str:
     return "numerics.fixed_time_step sets the step" if numerics.fixed_time_step else ""
 
@@ -186,6 +194,7 @@ IDLE: dict[str, Condition] = {
     "numerics.shifting": lambda scene, numerics: (
         numerics.shifting == 0 and not scene.closed and "it is off beside a free surface anyway"
     ),
+    "numerics.standing_pressure": _standing_pressure,
     "numerics.wall_guard": lambda scene, numerics: _no_solids(scene) and "there is no wall and no body",
     "numerics.mach": _mach,
     "numerics.density_relaxation": lambda scene, numerics: (

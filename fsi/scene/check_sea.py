@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator
 
 from fsi.errors import SceneError
-from fsi.scene.geometry import incident_waves, longest_period, sea_sides, sea_zone, wave_depth
+from fsi.scene.geometry import ZONE_POWER, incident_waves, longest_period, sea_sides, sea_zone, wave_depth
 from fsi.scene.model import Scene
 from fsi.waves.kind import Fault, Water
 from fsi.waves.sponge import reflection
 
+MOST = 100  # waves of a sum that may have bound ones
 REFLECTING = 0.1  # part of a wave that zones had better not send back
 FLUME = (
     3.0  # wave lengths of a flume with a piston beside the length around the bodies: before, behind, and to damp them
@@ -19,7 +20,7 @@ FLUME = (
 
 def sea_faults(scene: Scene) -> Iterator[Fault]:
     """What cannot work."""
-    for check in (_alone, _box, _kind, _zones) if scene.sea else ():
+    for check in (_alone, _box, _kind, _sum, _zones) if scene.sea else ():
         faults = list(check(scene))
         yield from faults
         if faults:  # the next check builds on this one
@@ -74,6 +75,34 @@ def _kind(scene: Scene) -> Iterator[Fault]:
         yield key if key.startswith("sea.") else f"sea.{key}", error.fault, error.fix
 
 
+def _sum(scene: Scene) -> Iterator[Fault]:
+    """Directions and bound waves of a sum of waves."""
+    sea = scene.sea
+    if sea.spreading is None and sea.order == 1:
+        return
+    key = "sea.spreading" if sea.spreading is not None else "sea.order"
+    plain = sea.waves.incident(wave_depth(scene), scene.gravity)
+    if plain.steady or len(plain.k) < 2:
+        yield (
+            key,
+            f"{sea.waves.kind} waves are one wave",
+            "leave it out, or use irregular, spectrum, measured or focused",
+        )
+    elif sea.order == 2 and len(plain.k) > MOST:
+        fault = f"{len(plain.k)} waves have {len(plain.k) ** 2} bound ones"
+        yield "sea.order", fault, f"set sea.waves.components to {MOST} or less"
+    if sea.spreading is not None and scene.dimension == 2:
+        yield "sea.spreading", "waves in two dimensions have one direction", "leave it out"
+    elif sea.spreading is not None and scene.tank.periodic:
+        yield "sea.spreading", "waves across a periodic axis do not repeat themselves", "leave it or tank.periodic out"
+    elif sea.spreading is not None and getattr(sea.waves, "place", 0.0):
+        yield (
+            "sea.waves.place",
+            "waves of many directions meet at x = y = 0",
+            "leave it out, and move the tank and the bodies",
+        )
+
+
 def _zones(scene: Scene) -> Iterator[Fault]:
     tank, (width, _) = scene.tank, sea_zone(scene)
     for axis in {side[0] for side in sea_sides(scene)}:
@@ -106,7 +135,7 @@ def _own(scene: Scene) -> Iterator[str]:
             f"tank: {size:.3g} m is {size / length:.2f} of a wave length; what bodies send out has no room to leave in: "
             f"make the box one and a half to two, {1.5 * length:.3g} to {2 * length:.3g} m"
         )
-    part = reflection(width / length, rate / (2 * math.pi / longest_period(scene)))
+    part = reflection(width / length, rate / (2 * math.pi / longest_period(scene)), ZONE_POWER)
     if part > REFLECTING:
         yield (
             f"sea.zone: {width / length:.2f} wave lengths wide, sends back about {100 * part:.0f} % of what comes from the "
@@ -126,7 +155,7 @@ def sea_summary(scene: Scene) -> list[str]:
     water, (width, rate), waves = _water(scene), sea_zone(scene), incident_waves(scene)
     period = longest_period(scene)
     length, omega, size = water.length(period), 2 * math.pi / period, scene.tank.max[0] - scene.tank.min[0]
-    part = reflection(width / length, rate / omega)
+    part = reflection(width / length, rate / omega, ZONE_POWER)
     start = "under waves from the first step" if scene.sea.start == "waves" else f"from rest, ramp {waves.ramp:.3g} s"
     return [
         *(f"sea: {line}" for line in scene.sea.waves.figures(water)),

@@ -17,7 +17,7 @@ from fsi.waves import Motion, piston
 from fsi.waves.incident import IncidentWaves
 from fsi.waves.kind import Water
 
-ZONE_RATE = 2.5  # rate of the zones of a sea over omega (docs/guide/waves.md)
+ZONE_RATE, ZONE_POWER = 1.45, 1.0  # of the zones of a sea: rate over omega, how it grows (docs/guide/waves.md)
 ALONG = 1e-6  # sine of the angle within which waves run along a wall
 EXCURSION = 1.3  # excursion of walls over that of the water at still water level: crests, and the second order
 
@@ -157,7 +157,7 @@ def incident_waves(scene: Scene) -> IncidentWaves:
         ramp = 2 * longest_period(scene) if given is None else given
     file = getattr(sea.waves, "file", None)
     stamp = (file.stat().st_mtime_ns, file.stat().st_size) if file and file.is_file() else None
-    found = _incident(sea.waves, water.depth, water.g, stamp)
+    found = _incident(sea.waves, water.depth, water.g, stamp, sea.spreading, sea.order)
     if found is None:
         fix = "use regular, nonlinear, irregular, spectrum, measured or focused, or a flume with [waves]"
         raise SceneError(
@@ -167,8 +167,15 @@ def incident_waves(scene: Scene) -> IncidentWaves:
 
 
 @lru_cache(maxsize=4)
-def _incident(waves, depth: float, g: float, stamp: tuple | None) -> IncidentWaves | None:
-    return waves.incident(depth, g)
+def _incident(waves, depth: float, g: float, stamp: tuple | None, spreading, order: int) -> IncidentWaves | None:
+    found = waves.incident(depth, g)
+    if found is None or (spreading is None and order == 1):
+        return found
+    from fsi.waves.second_order import spread, with_bound_waves
+
+    if spreading is not None:
+        found = spread(found, spreading, getattr(waves, "seed", 1))
+    return with_bound_waves(found) if order == 2 else found
 
 
 def longest_period(scene: Scene) -> float:
@@ -195,6 +202,8 @@ def moving_sides(scene: Scene) -> set[str]:
         return {"x-"}
     if scene.sea is None:
         return set()
+    if scene.sea.spreading is not None:
+        return set(sea_sides(scene))
     turn = math.radians(scene.sea.heading)
     across = {"x": abs(math.cos(turn)) > ALONG, "y": abs(math.sin(turn)) > ALONG}
     return {side for side in sea_sides(scene) if across[side[0]]}

@@ -285,6 +285,9 @@ class Numerics(Part):
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = None  # gamma; None: the largest stable value for depth and sweeps
+    standing_pressure: Literal["apart", "paired"] = (
+        "paired"  # hydrostatic pressure: its exact gradient, or summed over pairs as the rest
+    )
     shifting: Annotated[float, Field(ge=0, le=0.7)] | None = (
         None  # beta of the shift -beta h^2 grad C in each step (Lind et al. 2012); None: 0.5 without free surface
     )

@@ -34,5 +34,7 @@ class Sea(Part):
     )
     heading: Number = 0.0  # direction that they run to, from x towards y [degrees]
     zone: Positive | None = None  # width of the zones along the sides [m]; half a wave length if not given
-    rate: Positive | None = None  # at which the water is drawn to the waves at the walls [1/s]; 2.5 omega if not given
+    rate: Positive | None = None  # at which the water is drawn to the waves at the walls [1/s]; 1.45 omega if not given
+    spreading: Positive | None = None  # exponent s of cos^2s(angle / 2) of a sum of waves; one direction if not given
+    order: Literal[1, 2] = 1  # 2: a sum of waves with the waves bound to each pair of them
     start: Literal["waves", "rest"] = "waves"  # under waves, or at rest with the ramp of the waves

@@ -46,6 +46,8 @@ class Movers:
             self._normal.append(normals @ motion.rotation[b])
             self._arm.append(points - centre)
             self.reach[b] = np.linalg.norm(points - centre, axis=1).max(initial=0.0)
+        if bodies and fluid.standing:
+            fluid.standing.displace(bodies)
 
     def place(self, time: float, dt: float) -> Motion:
         """Put every moving boundary particle where it is at `time`."""
@@ -70,6 +72,8 @@ class Movers:
                 smooth[FIRST_BODY:] = motion.smooth
             for b, local in enumerate(self._local):
                 self._carry(b, local, motion)
+            if fluid.standing:
+                fluid.standing.turn(motion.rotation)
         return Motion(centre, twist, others, smooth)
 
     def _carry(self, b: int, local: np.ndarray, motion: BodyMotion) -> None:

@@ -4,9 +4,9 @@ Everything follows from one displacement potential over a flat bed at depth d,
 
     Psi = r(t) sum e_n C_n(z) cos theta_n,   theta_n = k_n s - omega_n t + phase_n,   C_n = cosh k_n (z + d) / cosh k_n d,
 
-with z from the still water level and s along the heading: water displaced by grad Psi has the velocity d/dt grad Psi, of
-potential dPsi/dt, and Bernoulli's pressure. Linear waves have e = a g / omega^2, waves of finite height a term for each
-harmonic. r is the ramp of a sea that begins at rest, 1 otherwise.
+with z from the still water level and s along the way that each runs: water displaced by grad Psi has the velocity
+d/dt grad Psi, of potential dPsi/dt, and Bernoulli's pressure. Linear waves have e = a g / omega^2, waves of finite height
+a term for each harmonic. r is the ramp of a sea that begins at rest, 1 otherwise.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ class IncidentWaves:
     `heading`: direction they run to, from x towards y [rad]; `ramp`: of a sea that begins at rest [s]; `drift`: mean
     velocity of the water [m/s], the return flow of a closed tank; `steady`: harmonics of one wave of permanent form, whose
     C_n hold above still water too. In a sum of many waves they go on there by their tangent: short waves would grow
-    without bound in the crests of long ones (Rodenbusch & Forristall 1986). `aligned`: crests that meet on purpose."""
+    without bound in the crests of long ones (Rodenbusch & Forristall 1986). `aligned`: crests that meet on purpose.
+    `off` (n,): directions of the components from the heading [rad], of a sea that is spread over directions; `free`: how many
+    of the components run by themselves where others are bound to them (`fsi.waves.second_order`)."""
 
     elevation_amplitude: np.ndarray
     potential: np.ndarray
@@ -45,12 +47,14 @@ class IncidentWaves:
     drift: float = 0.0
     steady: bool = False
     aligned: bool = False
+    off: np.ndarray | None = None
+    free: int | None = None
 
     # -------------------------------------------------------------------------------------- what is asked of it
 
     def elevation(self, t: float, feet: np.ndarray) -> np.ndarray:
         """Elevation (n,) [m] at places (n, dim - 1), x and in three dimensions y."""
-        return self._sum(t, 0, feet, np.zeros(len(feet)), lambda w, c, s: w.elevation_amplitude)[0]
+        return self._sum(t, 0, feet, np.zeros(len(feet)), lambda w, *_: w.elevation_amplitude)[0]
 
     def displacement(self, t: float, points: np.ndarray) -> np.ndarray:
         """First-order displacement (n, dim) [m] of the water that belongs at points (n, dim)."""
@@ -89,7 +93,7 @@ class IncidentWaves:
 
     def mean_flow(self, t: float) -> float:
         """Mean velocity along the heading [m/s]."""
-        return self.drift * self._ramped(t)[0] ** 2
+        return self.drift * self.ramped(t)[0] ** 2
 
     @property
     def crest(self) -> float:
@@ -113,18 +117,29 @@ class IncidentWaves:
         """The same waves to another heading [rad], beginning with a ramp [s]."""
         return replace(self, heading=heading, ramp=ramp)
 
+    def frame(self, dim: int) -> np.ndarray:
+        """Horizontal directions (axes, dim - 1) along which the waves differ: the heading, or all of them."""
+        return np.eye(dim - 1) if self.off is not None else self.along(dim)[None]
+
+    def wavevectors(self, frame: np.ndarray) -> np.ndarray:
+        """Wavenumbers (n, axes) [1/m] along the directions of a frame (axes, dim - 1)."""
+        angle = self.heading + (np.zeros(len(self.k)) if self.off is None else self.off)
+        way = np.stack([np.cos(angle), np.sin(angle)], axis=1)[:, : frame.shape[1]]
+        return self.k[:, None] * (way @ frame.T)
+
     # -------------------------------------------------------------------------------------- sums
 
     def along(self, dim: int) -> np.ndarray:
         """The direction of the heading in the horizontal axes (dim - 1,)."""
         return np.array([math.cos(self.heading), math.sin(self.heading)])[: dim - 1]
 
-    def _ramped(self, t: float) -> tuple[float, float, float]:
+    def ramped(self, t: float) -> tuple[float, float, float]:
+        """The ramp and its first two derivatives."""
         return cosine_ramp(t, self.ramp) if self.ramp > 0 else (1.0, 0.0, 0.0)
 
     def phasor(self, t: float, rate: int) -> np.ndarray:
         """The rate-th time derivative of r exp(i (phase - omega t)) (n,)."""
-        r, dr, ddr = self._ramped(t)
+        r, dr, ddr = self.ramped(t)
         turn, w = np.exp(1j * (self.phase - self.omega * t)), -1j * self.omega
         return turn * (r, dr + r * w, ddr + 2 * dr * w + r * w * w)[rate]
 
@@ -141,55 +156,63 @@ class IncidentWaves:
     def _sum(self, t: float, rate: int, feet: np.ndarray, z: np.ndarray, *modes: Mode) -> np.ndarray:
         """For each of the modes the real sums (n,) of mode exp(i theta), derived `rate` times by time, at feet (n, dim - 1) and
         heights z (n,)."""
-        turn, along = self.phasor(t, rate), self.along(feet.shape[1] + 1)
+        turn, frame = self.phasor(t, rate), self.frame(feet.shape[1] + 1)
+        k, places = self.wavevectors(frame), feet @ frame.T
         found, step = np.empty((len(modes), len(z))), max(1, AT_ONCE // len(self.k))
         for at in range(0, len(z), step):
             part = slice(at, at + step)
-            wave, shape = np.exp(1j * np.outer(feet[part] @ along, self.k)) * turn, self.profiles(z[part])
+            wave, shape = np.exp(1j * (places[part] @ k.T)) * turn, self.profiles(z[part])
             for total, mode in zip(found, modes, strict=True):
-                total[part] = (wave * mode(self, *shape)).sum(1).real
+                total[part] = (wave * mode(self, k, *shape)).sum(1).real
         return found
 
     def _vector(self, t: float, rate: int, points: np.ndarray) -> np.ndarray:
         """grad Psi (n, dim), derived `rate` times by time."""
-        ahead, up = self._sum(t, rate, points[:, :-1], points[:, -1], XI, ZETA)
-        return np.column_stack([ahead[:, None] * self.along(points.shape[1]), up])
+        frame = self.frame(points.shape[1])
+        *ahead, up = self._sum(t, rate, points[:, :-1], points[:, -1], *(XI(d) for d in range(len(frame))), ZETA)
+        return np.column_stack([np.transpose(ahead) @ frame, up])
 
     def _potential(self, t: float, rate: int, points: np.ndarray) -> np.ndarray:
         return self._sum(t, rate, points[:, :-1], points[:, -1], PSI)[0]
 
 
-Mode = Callable[[IncidentWaves, np.ndarray, np.ndarray], np.ndarray]  # of C and dC/dz, before exp(i theta)
+# Parts of Psi and of its derivatives by the directions d and e of a frame and by z, before exp(i theta): of the waves, their
+# wavenumbers k (n, axes) in the frame, and C and dC/dz.
+Mode = Callable[[IncidentWaves, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
-def PSI(w: IncidentWaves, c, s):
+def PSI(w: IncidentWaves, k, c, s):
     return w.potential * c
 
 
-def XI(w: IncidentWaves, c, s):
-    return 1j * w.k * w.potential * c
-
-
-def ZETA(w: IncidentWaves, c, s):
+def ZETA(w: IncidentWaves, k, c, s):
     return w.potential * s
 
 
-def XI_S(w: IncidentWaves, c, s):
-    return -(w.k**2) * w.potential * c
+def XI(d: int) -> Mode:
+    return lambda w, k, c, s: 1j * k[:, d] * w.potential * c
 
 
-def XI_Z(w: IncidentWaves, c, s):
-    return 1j * w.k * w.potential * s
+def XI_ALONG(d: int, e: int) -> Mode:
+    return lambda w, k, c, s: -k[:, d] * k[:, e] * w.potential * c
+
+
+def XI_UP(d: int) -> Mode:
+    return lambda w, k, c, s: 1j * k[:, d] * w.potential * s
 
 
 class Table:
-    """The sums on a grid, at distances s (m,) along the heading and heights z (l,) [m], as products of matrices."""
+    """The sums at places (m, axes) of a frame and heights z (l,) [m], as products of matrices."""
 
-    def __init__(self, waves: IncidentWaves, s: np.ndarray, z: np.ndarray, modes: Sequence[Mode] = (XI, ZETA)):
-        self.waves, self._shape = waves, (len(s), len(modes), len(z))
-        self._wave = np.exp(1j * np.outer(s, waves.k))
+    def __init__(
+        self, waves: IncidentWaves, frame: np.ndarray, places: np.ndarray, z: np.ndarray, modes: Sequence[Mode]
+    ):
+        self.waves, self._shape, k = waves, (len(places), len(modes), len(z)), waves.wavevectors(frame)
+        self._wave = np.exp(1j * (places @ k.T))
         shape = waves.profiles(z)
-        self._modes = np.concatenate([np.broadcast_to(mode(waves, *shape), shape[0].shape) for mode in modes]).T.copy()
+        self._modes = np.concatenate(
+            [np.broadcast_to(mode(waves, k, *shape), shape[0].shape) for mode in modes]
+        ).T.copy()
 
     def at(self, t: float, rate: int) -> np.ndarray:
         """The modes (modes, m, l), derived `rate` times by time."""
@@ -198,26 +221,45 @@ class Table:
 
 
 class Paddle:
-    """Flexible walls that move as the water of the waves does, at distances s (m,) along the heading and heights z
-    (l,) [m]: without evanescent waves, and to second order in the steepness without free ones.
+    """Flexible walls that move as the water of the waves does, at places (m, axes) of a frame and heights z (l,) [m]: without
+    evanescent waves, and to second order in the steepness without free ones.
 
     A wall at x = D(z, t) lets no water through where dD/dt + w dD/dz = u at x = D. To second order the periodic solution is
-    D = xi + (xi xi_s - zeta xi_z) / 2; the water's drift, which is the rest of it, has no place in a closed tank."""
+    D = xi + ((xi . grad) xi - zeta xi_z) / 2; the water's drift, which is the rest of it, has no place in a closed tank."""
 
-    def __init__(self, waves: IncidentWaves, s: np.ndarray, z: np.ndarray):
-        self._table = Table(waves, s, z, (XI, ZETA, XI_S, XI_Z))
+    def __init__(self, waves: IncidentWaves, frame: np.ndarray, places: np.ndarray, z: np.ndarray):
+        self._axes = axes = range(len(frame))
+        bends = [XI_ALONG(d, e) for d in axes for e in axes]
+        self._table = Table(waves, frame, places, z, [*map(XI, axes), ZETA, *map(XI_UP, axes), *bends])
+        self._drift = None
+        if waves.free:
+            from fsi.waves.second_order import Drift
+
+            self._drift = Drift(waves, frame, places, z)
 
     def at(self, t: float) -> tuple[np.ndarray, ...]:
-        """Displacement [m], velocity [m/s] and acceleration [m/s2] along the heading, then the water's upward velocity and
-        acceleration, each (m, l)."""
-        (x, z, xs, xz), (u, w, us, uz), (a, b, as_, az) = (self._table.at(t, rate) for rate in (0, 1, 2))
-        return (
-            x + 0.5 * (x * xs - z * xz),
-            u + 0.5 * (u * xs + x * us - w * xz - z * uz),
-            a + 0.5 * (a * xs + 2 * u * us + x * as_ - b * xz - 2 * w * uz - z * az),
-            w,
-            b,
-        )
+        """Displacement [m], velocity [m/s] and acceleration [m/s2] along the frame (axes, m, l), then the water's upward
+        velocity and acceleration (m, l)."""
+        n = len(self._axes)
+        rates = []
+        for rate in range(3):
+            found = self._table.at(t, rate)
+            rates.append(
+                (found[:n], found[n], found[n + 1 : 2 * n + 1], found[2 * n + 1 :].reshape(n, n, *found.shape[1:]))
+            )
+        (x, z, xz, xx), (u, w, uz, ux), (a, b, az, ax) = rates
+
+        def along(v, gradient):
+            return np.einsum("emn,demn->dmn", v, gradient)
+
+        motion = [
+            x + 0.5 * (along(x, xx) - z * xz),
+            u + 0.5 * (along(u, xx) + along(x, ux) - w * xz - z * uz),
+            a + 0.5 * (along(a, xx) + 2 * along(u, ux) + along(x, ax) - b * xz - 2 * w * uz - z * az),
+        ]
+        if self._drift:
+            motion = [one + slow for one, slow in zip(motion, self._drift.at(t), strict=True)]
+        return (*motion, w, b)
 
 
 # ------------------------------------------------------------------------------------------ waves of each sort

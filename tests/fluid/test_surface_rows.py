@@ -12,6 +12,7 @@ from fsi.sph.columns import COUNTS
 from fsi.sph.kernel import surface_rows
 
 G, ROWS = 9.81, 6
+PAIRED = {"precision": "double", "artificial_viscosity": 0.0, "standing_pressure": "paired"}
 
 
 def rows(sim, wall, length) -> tuple[np.ndarray, np.ndarray]:
@@ -42,9 +43,7 @@ def columns(sim, wall, length) -> tuple[np.ndarray, np.ndarray]:
 def test_hydrostatic_pressure_carries_every_row_of_a_lattice(dim, ratio):
     dr, depth = 0.1, 1.5
     length = 2.6 if dim == 2 else 1.5
-    scene = still_tank(
-        dim, dr, depth, length, numerics={"smoothing_ratio": ratio, "precision": "double", "artificial_viscosity": 0.0}
-    )
+    scene = still_tank(dim, dr, depth, length, numerics={"smoothing_ratio": ratio} | PAIRED)
     fluid = Fluid(scene, build(scene), Team(1))
     rest, dt = np.zeros((fluid.owners, 6)), 1e-4
     fluid.begin(dt, rest[:, :3], rest)

@@ -1,10 +1,13 @@
 """`[sea]` in a scene: what is refused, what is told, what it moves."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from fsi.compute.reduce import Reductions
+from fsi.compute.team import Team
 from fsi.errors import SceneError
 from fsi.fluid.sea import Sea
 from fsi.owners import PISTON
@@ -24,6 +27,7 @@ period = 1.3
 [numerics]
 artificial_viscosity = 0.0
 """
+IRREGULAR = "{kind = 'irregular', Hm0 = 0.1, peak_period = 1.3}"
 ROUND = "dimension = 3\nspacing = 0.1\nduration = 2\n[tank]\nmin = [-2,-1.5,-0.5]\nmax = [2,1.5,0.3]\n"
 
 
@@ -45,6 +49,9 @@ ROUND = "dimension = 3\nspacing = 0.1\nduration = 2\n[tank]\nmin = [-2,-1.5,-0.5
         ({"tank.max": "[6.0, 0.05]"}, "tank.max: crests come to z = 0.05"),
         ({"sea.waves": "{kind = 'solitary', wave_height = 0.1}"}, "sea.waves.kind: waves of the kind 'solitary'"),
         ({"sea.waves.order": "2", "sea.waves.period": "6"}, "sea.waves.order: H L^2 / d^3"),
+        ({"sea.order": "2"}, "sea.order: regular waves are one wave"),
+        ({"sea.order": "2", "sea.waves": IRREGULAR}, "sea.order: 200 waves have 40000 bound ones"),
+        ({"sea.spreading": "8", "sea.waves": IRREGULAR}, "sea.spreading: waves in two dimensions have one direction"),
         ({"loads.a": "{on = 'x+'}"}, "loads.a.on: the wall x+ moves with the waves of the sea"),
     ],
 )
@@ -73,7 +80,7 @@ def test_a_sea_of_two_lengths_says_nothing_but_its_figures(scene_file, tmp_path)
     assert scene_warnings(scene) == []
     figures, kind, box, flume = sea_summary(scene)
     assert "kd 1.36" in figures and "5.0 spacings high" in figures
-    assert "under waves from the first step" in kind and "zones of 1.16 m, 0.50 wave lengths, at 2.5 omega" in box
+    assert "under waves from the first step" in kind and "zones of 1.16 m, 0.50 wave lengths, at 1.4 omega" in box
     assert "times as long" in flume
     again = tmp_path / "again.toml"
     again.write_text(resolved_toml(scene))
@@ -127,6 +134,25 @@ def test_oblique_waves_move_all_four_walls_and_long_crested_ones_along_x_two(sce
     mine = boundary.velocity[boundary.of_owner(PISTON)]
     np.testing.assert_allclose(mine[:, 1], math.tan(math.radians(30)) * mine[:, 0], atol=1e-12)
     assert np.isfinite(boundary.acceleration).all()
+
+
+def test_walls_and_zones_of_a_spread_sea_move_as_its_water(scene_file):
+    sea = "\n[sea]\nzone = 0.5\nheading = 20\nspreading = 10\norder = 2\n"
+    waves = "[sea.waves]\nkind = 'irregular'\nHm0 = 0.1\npeak_period = 1.5\ncomponents = 10\nhighest = 1.6\n"
+    scene = load_scene(scene_file(sea + waves, instead=ROUND))
+    layout, boundary, sea = placed(scene, 0.2)
+    mine = boundary.of_owner(PISTON)
+    face = np.clip(layout.boundary[mine], *map(np.array, ([-2, -1.5, -9], [2, 1.5, 9])))
+    wet = face[:, 2] < 0
+    exact = sea.waves.velocity(0.2, face[wet]) - [*sea.waves.mean_flow(0.2) * sea.waves.along(3), 0]
+    assert boundary.velocity[mine][wet, :2] == pytest.approx(exact[:, :2], abs=0.2 * np.abs(exact).max())
+    rng = np.random.default_rng(0)
+    water = rng.uniform([-2, -1.5, -0.5], [2, 1.5, 0], (50, 3))
+    fluid = SimpleNamespace(count=50, position=water, velocity=np.zeros((50, 3)), label=np.arange(50))
+    sea._width = 4.0  # all of it is in a zone
+    sea.draw(fluid, 1e9, Team(1), Reductions())
+    exact = sea.waves.velocity(0.2, water)
+    np.testing.assert_allclose(fluid.velocity, exact, atol=0.01 * np.abs(exact).max())
 
 
 class Box:

@@ -1,0 +1,226 @@
+"""Bodies in a box with a sea around it, three dimensions, against linear diffraction and radiation.
+
+`sea_cylinder_KA`: a vertical cylinder on the floor; force and run-up at its front by MacCamy & Fuchs (1954, Beach Erosion
+Board TM 69). `sea_sphere`: a half immersed sphere free in heave; its amplitude over the waves' by the boundary elements of
+`theory.cummins`, the exciting force from the damping by Haskind's relation. `sea_oblique`: waves at 30 degrees to the box,
+no body.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from cases.validation.coupling import models
+from cases.validation.engine.case import Case, Measure, Wrong
+from cases.validation.theory import cummins
+from cases.validation.theory.separation import first_harmonic, group_speed
+from cases.validation.waves.wavemaker import NUMERICS
+from fsi.fluid.gauges import elevation
+from fsi.scene.geometry import incident_waves
+from fsi.simulation.loop import Simulation
+from fsi.waves.linear import wavenumber
+
+G, RADIUS = 9.81, 0.25
+PERIODS, RECORD = 6, 2  # of the run, and at its end of the record
+STEEPNESS = 0.04  # H/L
+WET = '<custom><tuple name="wet"><element objtype="geom" objname="cylinder"/></tuple></custom>'
+POST = '    <geom name="cylinder" type="cylinder" pos="0 0 {z:.9g}" size="{r:.9g} {half:.9g}"/>'
+
+
+class Water:
+    """Waves of this ka and kd."""
+
+    def __init__(self, ka: float, kd: float):
+        self.k, self.depth = ka / RADIUS, kd / ka * RADIUS
+        self.omega = math.sqrt(G * self.k * math.tanh(kd))
+        self.period, self.length = 2 * math.pi / self.omega, 2 * math.pi / self.k
+        self.height = STEEPNESS * self.length
+
+    def box(self, spacing: float, heading: float = 0.0) -> dict:
+        """Two wave lengths square, zones of half of one."""
+        half = round(self.length / spacing) * spacing
+        return {
+            "dimension": 3,
+            "duration": PERIODS * self.period,
+            "tank": {
+                "min": [-half, -half, -self.depth],
+                "max": [half, half, math.ceil(2 * self.height / spacing) * spacing],
+            },
+            "sea": {"waves": {"wave_height": self.height, "period": self.period}, "heading": heading},
+            "numerics": NUMERICS,
+        }
+
+
+CYLINDERS = {f"sea_cylinder_{ka}": Water(ka, 1.5) for ka in (0.5, 1.0, 1.5)}
+K0A = 0.8  # omega^2 a / g of the sphere, half of its own
+KA = RADIUS * wavenumber(math.sqrt(G * K0A / RADIUS), cummins.DEPTH * RADIUS, G)
+BALL = Water(KA, cummins.DEPTH * KA)
+OBLIQUE = Water(1.0, 1.5)
+
+
+def hankel(m: int, x: float) -> complex:
+    """Derivative of the Hankel function of the first kind and order m at x."""
+    from scipy.special import h1vp
+
+    return complex(h1vp(m, x))
+
+
+def diffraction(water: Water) -> tuple[complex, complex]:
+    """Force along x over rho g a^2 and elevation at the front, times exp(-i omega t), for waves of amplitude 1 with their crest
+    at the axis at t = 0; the force over a metre of amplitude."""
+    ka = water.k * RADIUS
+    force = 4 * math.tanh(water.k * water.depth) / (ka**2 * hankel(1, ka))
+    front = sum((1 if m == 0 else 2) * 1j**m * 2j / (math.pi * ka * hankel(m, ka)) * (-1) ** m for m in range(12))
+    return force, front
+
+
+def heave_response(water: Water) -> float:
+    """Amplitude of the half immersed sphere in heave over that of the waves. Of axially symmetric bodies the exciting force
+    is |X|^2 = 4 rho g c_g B / k (Haskind 1957; Newman 1962)."""
+    k0a, mass = water.omega**2 * RADIUS / G, 2 / 3 * math.pi * RADIUS**3  # over the water's density
+    added, lost = (mass * np.interp(k0a, cummins.TABLE[:, 0], column) for column in cummins.TABLE.T[1:])
+    damping = water.omega * lost
+    exciting = math.sqrt(4 * G * group_speed(water.k, water.depth, G) * damping / water.k)
+    return exciting / abs(G * math.pi * RADIUS**2 - water.omega**2 * (mass + added) - 1j * water.omega * damping)
+
+
+class Late(Measure):
+    """Columns of what is measured, and of the incident waves at the origin, over the last periods."""
+
+    def begin(self, sim: Simulation) -> None:
+        self.water, self.waves = self.find(sim), incident_waves(sim.scene)
+        self.interval = self.water.period / 24
+        self.time, self.rows = [], []
+
+    def find(self, sim: Simulation) -> Water:
+        raise NotImplementedError
+
+    def row(self, sim: Simulation) -> list[float]:
+        raise NotImplementedError
+
+    def sample(self, sim: Simulation) -> None:
+        if sim.time > (PERIODS - RECORD) * self.water.period:
+            self.time.append(sim.time)
+            self.rows.append([*self.row(sim), self.waves.elevation(sim.time, np.zeros((1, 2)))[0]])
+
+    def harmonics(self) -> np.ndarray:
+        """Complex first harmonics of the columns over that of the incident waves."""
+        found = first_harmonic(np.array(self.time), np.array(self.rows), self.water.omega)
+        return found[:-1] / found[-1]
+
+
+class Post(Late):
+    def find(self, sim: Simulation) -> Water:
+        return CYLINDERS[sim.scene.name]
+
+    def row(self, sim: Simulation) -> list[float]:
+        solids, fluid, dr = sim.fluid.solids, sim.fluid, sim.scene.spacing
+        place = solids.position[: solids.count]
+        solids.count_only(np.hypot(place[:, 0], place[:, 1]) < RADIUS)
+        force = float(fluid.wrench(walls=True)[0, 0])
+        solids.count_only(np.ones(solids.count, bool))
+        foot = np.array([-RADIUS - 0.5 * dr, 0.0])
+        return [force, elevation(fluid.position, foot, dr, sim.scene.smoothing_length, fluid.boundary)]
+
+    def errors(self) -> dict[str, float]:
+        force, front = self.harmonics()
+        exact, height = diffraction(self.water)
+        ratio = force / (1000.0 * G * RADIUS**2 * exact)
+        return {
+            "force": abs(ratio) - 1,
+            "phase_deg": math.degrees(cmath.phase(ratio)),
+            "run_up": abs(front) / abs(height) - 1,
+        }
+
+
+class Ball(Late):
+    def find(self, sim: Simulation) -> Water:
+        return BALL
+
+    def row(self, sim: Simulation) -> list[float]:
+        return [float(sim.bodies.joints()["joint_position"][0])]
+
+    def errors(self) -> dict[str, float]:
+        return {"response": abs(self.harmonics()[0]) / heave_response(self.water) - 1}
+
+
+class Crossing(Late):
+    places = OBLIQUE.length * np.array([(x, y) for x in (-0.4, 0.0, 0.4) for y in (-0.4, 0.0, 0.4)])
+
+    def find(self, sim: Simulation) -> Water:
+        return OBLIQUE
+
+    def row(self, sim: Simulation) -> list[float]:
+        fluid, dr, h = sim.fluid, sim.scene.spacing, sim.scene.smoothing_length
+        found = [elevation(fluid.position, place, dr, h, fluid.boundary) for place in self.places]
+        return [*found, *self.waves.elevation(sim.time, self.places)]
+
+    def errors(self) -> dict[str, float]:
+        found, exact = np.split(self.harmonics(), 2)
+        ratio = found / exact
+        return {"height": float(np.abs(ratio).mean() - 1), "spread": float(np.abs(ratio / ratio.mean() - 1).max())}
+
+
+def cylinder(name: str):
+    def scene(spacing: float, folder) -> dict:
+        water = CYLINDERS[name]
+        low, high = -water.depth - 0.5 * RADIUS, 4 * water.height
+        post = POST.format(z=0.5 * (low + high), r=RADIUS, half=0.5 * (high - low))
+        return water.box(spacing) | {"bodies": models.write(folder, [post], G, WET)}
+
+    return scene
+
+
+def sphere(spacing: float, folder) -> dict:
+    water = BALL
+    body = models.body("sphere", (0, 0, 0), models.HEAVE, "sphere", (RADIUS,), 500.0)
+    return water.box(spacing) | {"bodies": models.write(folder, [body], G)}
+
+
+def oblique(spacing: float, folder) -> dict:
+    return OBLIQUE.box(spacing, heading=30.0)
+
+
+SPACING = {level: RADIUS / n for level, n in (("coarse", 5), ("medium", 10), ("paper", 20))}
+NAMES = ("sea_cylinder_0.5", "sea_cylinder_1.0", "sea_cylinder_1.5", "sea_sphere", "sea_oblique")
+CASES = {
+    name: Case(
+        name,
+        f"A vertical cylinder on the floor of a box with a sea around it, ka = {water.k * RADIUS:g}, 3D",
+        "Linear diffraction, MacCamy and Fuchs (1954).",
+        SPACING,
+        cylinder(name),
+        Post,
+        {"force": 0.03, "phase_deg": 2.0, "run_up": 0.05},
+        fails_when={
+            "force": Wrong("added mass of slender piles (2 by Morison) in place of diffraction at ka = 0.5", 0.08),
+            "phase_deg": Wrong("the phase of a slender pile", 5.0),
+            "run_up": Wrong("a tenth too little at the front", -0.1),
+        },
+    )
+    for name, water in CYLINDERS.items()
+} | {
+    "sea_sphere": Case(
+        "sea_sphere",
+        "A half immersed sphere free in heave in a box with a sea around it, omega^2 a / g = 0.8, 3D",
+        "Boundary elements in water three radii deep, Haskind's relation.",
+        SPACING,
+        sphere,
+        Ball,
+        {"response": 0.04},
+        fails_when={"response": Wrong("a body that follows the surface", 0.1)},
+    ),
+    "sea_oblique": Case(
+        "sea_oblique",
+        "Regular waves at 30 degrees to a box with a sea around it, kd = 1.5, 3D",
+        "The incident waves.",
+        SPACING,
+        oblique,
+        Crossing,
+        {"height": 0.02, "spread": 0.04},
+        fails_when={"spread": Wrong("a wave of a tenth comes back from the sides", 0.1)},
+    ),
+}

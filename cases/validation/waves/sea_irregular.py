@@ -1,0 +1,103 @@
+"""An irregular sea of second order in a box, kd = 1.6 at the peak, without a body.
+
+Exact: the elevation of the incident waves themselves, at the same places and times (`fsi.waves.second_order`): the box makes
+the sea of its seed, wave by wave. `Hm0`: the standard deviation over theory's; `record`: root mean square of the difference
+over theory's standard deviation; `shape`: the same of the spectra in bands of a fifth of the peak frequency; `crests`: mean of
+the highest third of the crests over theory's.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from cases.validation.engine.case import Case, Measure, Wrong
+from cases.validation.waves.wavemaker import NUMERICS
+from fsi.fluid.gauges import elevation
+from fsi.scene.geometry import incident_waves
+from fsi.simulation.loop import Simulation
+from fsi.waves.linear import wavenumber
+
+G, DEPTH, HM0, PEAK = 9.81, 0.5, 0.08, 1.2
+LENGTH = 2 * math.pi / wavenumber(2 * math.pi / PEAK, DEPTH, G)
+BEGIN, PERIODS = 4, 40  # peak periods: of the record, until the end
+PLACES = LENGTH * np.array([-0.4, 0.0, 0.4])
+
+
+def crests(y: np.ndarray) -> float:
+    """Mean of the highest third of the crests between upward crossings of the mean, of an even record y (n,)."""
+    y = y - y.mean()
+    up = np.flatnonzero((y[:-1] < 0) & (y[1:] >= 0))
+    found = np.sort([y[a:b].max() for a, b in itertools.pairwise(up)])
+    return float(found[-max(1, len(found) // 3) :].mean())
+
+
+def bands(y: np.ndarray, step: float) -> np.ndarray:
+    """Energy of records y (n, m) in bands of a fifth of the peak frequency."""
+    f = np.fft.rfftfreq(len(y), step) * PEAK
+    density = (np.abs(np.fft.rfft(y - y.mean(0), axis=0)) ** 2).sum(1)
+    return np.histogram(f, np.arange(0.1, 3.6, 0.2), weights=density)[0]
+
+
+class Record(Measure):
+    """Elevation at three places, and that of the incident waves."""
+
+    interval = PEAK / 30
+
+    def begin(self, sim: Simulation) -> None:
+        self.time, self.found, self.exact, self.waves = [], [], [], incident_waves(sim.scene)
+
+    def sample(self, sim: Simulation) -> None:
+        if sim.time < BEGIN * PEAK:
+            return
+        fluid, dr, h = sim.fluid, sim.scene.spacing, sim.scene.smoothing_length
+        self.time.append(sim.time)
+        self.found.append([elevation(fluid.position, np.array([x]), dr, h, fluid.boundary) for x in PLACES])
+        self.exact.append(self.waves.elevation(sim.time, PLACES[:, None]))
+
+    def errors(self) -> dict[str, float]:
+        t = np.arange(self.time[0], self.time[-1], self.interval)
+        found, exact = (
+            np.stack([np.interp(t, self.time, column) for column in np.transpose(rows)], 1)
+            for rows in (self.found, self.exact)
+        )
+        off = found - found.mean(0) - exact + exact.mean(0)
+        energy, theory = bands(found, self.interval), bands(exact, self.interval)
+        return {
+            "Hm0": float(found.std(0).mean() / exact.std(0).mean() - 1),
+            "record": float(off.std() / exact.std()),
+            "shape": float(np.sqrt(((energy - theory) ** 2).sum() / (theory**2).sum())),
+            "crests": np.mean([crests(a) / crests(b) for a, b in zip(found.T, exact.T, strict=True)]) - 1,
+        }
+
+
+def scene(spacing: float, folder) -> dict:
+    half = round(LENGTH / spacing) * spacing
+    waves = {"kind": "irregular", "Hm0": HM0, "peak_period": PEAK, "components": 40, "highest": 2.0, "seed": 5}
+    return {
+        "duration": PERIODS * PEAK,
+        "tank": {"min": [-half, -DEPTH], "max": [half, math.ceil(2 * HM0 / spacing) * spacing]},
+        "sea": {"waves": waves, "order": 2},
+        "numerics": NUMERICS,
+    }
+
+
+NAMES = ("sea_irregular",)
+CASES = {
+    "sea_irregular": Case(
+        "sea_irregular",
+        "A JONSWAP sea of second order in a box, 36 peak periods, 2D",
+        "The incident waves of the same seed, of second order (Sharma and Dean 1981).",
+        {level: HM0 / n for level, n in (("coarse", 4), ("medium", 8), ("paper", 16))},
+        scene,
+        Record,
+        {"Hm0": 0.02, "record": 0.2, "shape": 0.1, "crests": 0.05},
+        fails_when={
+            "record": Wrong("another seed", 0.5),
+            "shape": Wrong("the spectrum of Pierson and Moskowitz of the same height", 0.3),
+            "crests": Wrong("crests of linear theory", -0.08),
+        },
+    ),
+}
