@@ -59,7 +59,10 @@ class Sea:
         height = np.minimum(self._home[:, -1] - self._level, self._top)
         s, column = np.unique(np.round(place, 9), axis=0, return_inverse=True)
         z, self._row = np.unique(np.round(height, 9), return_inverse=True)
-        self._column, self._paddle = column.ravel(), Paddle(self.waves, self._frame, s, z)
+        kind = Paddle
+        if self.waves.free:
+            from fsi.waves.second_order import GroupPaddle as kind
+        self._column, self._paddle = column.ravel(), kind(self.waves, self._frame, s, z)
 
     def _make_table(self, low: np.ndarray, high: np.ndarray) -> None:
         """The water's velocity on nodes over the whole box, and one more all around for cubics."""

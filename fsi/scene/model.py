@@ -235,6 +235,7 @@ class Control(Part):
     settings: dict[str, bool | Number | str] = {}  # for the class's __init__
 
 
+LASTING = ("regular", "nonlinear", "irregular", "spectrum", "measured", "focused")  # kinds of waves that go on and on
 ACCURACY = {  # defaults that differ from those of `normal`
     "draft": {"smoothing_ratio": 1.5, "mach": 0.3},
     "fine": {
@@ -311,6 +312,27 @@ def presets(accuracy: object, solver: object) -> dict:
     return found | (SOLVER.get(solver, {}) if isinstance(solver, str) else {})
 
 
+def _written(part: object) -> dict:
+    """The keys that are set of a part of a scene, as a table or made."""
+    return part.model_dump(exclude_unset=True) if isinstance(part, Part) else part if isinstance(part, dict) else {}
+
+
+def wave_numerics(values: object) -> dict:
+    """The numerics of a scene, as it is written, with the defaults that keep its waves; empty where they are those of all
+    scenes. No waves lose height to the artificial viscosity; longer steps keep more of them, but pressure has to reach
+    bodies in time (docs/guide/waves.md)."""
+    if not isinstance(values, dict):
+        return {}
+    given, waves, tank, fluid = (_written(values.get(key)) for key in ("numerics", "waves", "tank", "fluid"))
+    kind = waves.get("kind", "regular") if waves else ""
+    rough = bool(values.get("bodies") or values.get("liquids") or tank.get("bathymetry"))
+    waved = values.get("sea") or (kind in LASTING and not rough and not fluid.get("blocks"))
+    if not waved or given.get("solver") == "iisph":
+        return {}
+    step = {} if rough or given.get("accuracy", "normal") != "normal" else {"mach": 0.3}
+    return {"artificial_viscosity": 0.0} | step | given
+
+
 def _known_field(name: str) -> str:
     if name not in FIELDS and name not in (known := known_fields()):
         raise PydanticKnownError("literal_error", {"expected": ", ".join(map(repr, known))})
@@ -374,6 +396,11 @@ class Scene(Part):
     numerics: Numerics = Numerics()
     output: Output = Output()
     alarms: Alarms = Alarms()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _numerics_that_keep_waves(cls, values):
+        return values | {"numerics": found} if (found := wave_numerics(values)) else values
 
     @property
     def smoothing_length(self) -> float:

@@ -231,11 +231,6 @@ class Paddle:
         self._axes = axes = range(len(frame))
         bends = [XI_ALONG(d, e) for d in axes for e in axes]
         self._table = Table(waves, frame, places, z, [*map(XI, axes), ZETA, *map(XI_UP, axes), *bends])
-        self._drift = None
-        if waves.free:
-            from fsi.waves.second_order import Drift
-
-            self._drift = Drift(waves, frame, places, z)
 
     def at(self, t: float) -> tuple[np.ndarray, ...]:
         """Displacement [m], velocity [m/s] and acceleration [m/s2] along the frame (axes, m, l), then the water's upward
@@ -252,14 +247,13 @@ class Paddle:
         def along(v, gradient):
             return np.einsum("emn,demn->dmn", v, gradient)
 
-        motion = [
+        return (
             x + 0.5 * (along(x, xx) - z * xz),
             u + 0.5 * (along(u, xx) + along(x, ux) - w * xz - z * uz),
             a + 0.5 * (along(a, xx) + 2 * along(u, ux) + along(x, ax) - b * xz - 2 * w * uz - z * az),
-        ]
-        if self._drift:
-            motion = [one + slow for one, slow in zip(motion, self._drift.at(t), strict=True)]
-        return (*motion, w, b)
+            w,
+            b,
+        )
 
 
 # ------------------------------------------------------------------------------------------ waves of each sort

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fsi.waves.incident import IncidentWaves
+from fsi.waves.incident import IncidentWaves, Paddle
 
 COUNTS = 0.005  # elevation from which on a bound wave does, over the largest
 
@@ -103,3 +103,16 @@ class Drift:
         wave = self._wave * np.exp(1j * (phase[self._i] - phase[self._j] - self._omega * t))
         wave *= self._waves.ramped(t)[0] ** 2
         return tuple(np.stack([((wave * turn**n) @ part).real for part in self._parts]) for n in (-1.0, 0, 1))
+
+
+class GroupPaddle(Paddle):
+    """Walls that also move as groups of waves with their bound ones ask of them."""
+
+    def __init__(self, waves: IncidentWaves, frame: np.ndarray, places: np.ndarray, z: np.ndarray):
+        super().__init__(waves, frame, places, z)
+        self._drift = Drift(waves, frame, places, z)
+
+    def at(self, t: float) -> tuple[np.ndarray, ...]:
+        """As that of `Paddle`."""
+        *motion, w, b = super().at(t)
+        return (*(one + slow for one, slow in zip(motion, self._drift.at(t), strict=True)), w, b)

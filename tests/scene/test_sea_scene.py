@@ -18,6 +18,7 @@ from fsi.scene import geometry
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_sea import sea_summary
 from fsi.scene.file import load_scene, resolved_toml
+from fsi.scene.model import Scene, Tank
 
 SEA = """
 [sea.waves]
@@ -173,3 +174,21 @@ def test_a_body_in_a_zone_is_refused(scene_file):
     with pytest.raises(SceneError, match=r"sea.zone: float comes to 0.8 m from the side x-"):
         check_zones(load_scene(scene_file(SEA)), Bodies())
     check_zones(load_scene(scene_file(SEA), ["sea.zone=0.7"]), Bodies())
+
+
+@pytest.mark.parametrize(
+    "more, numerics",
+    [
+        ({"sea": {"waves": {"wave_height": 0.1, "period": 1.3}}}, (0.0, 0.3)),
+        ({"sea": {"waves": {"wave_height": 0.1, "period": 1.3}}, "bodies": {"b": {"mjcf": "b.xml"}}}, (0.0, 0.2)),
+        ({"waves": {"wave_height": 0.1, "period": 1.3}}, (0.0, 0.3)),
+        ({"waves": {"wave_height": 0.1, "period": 1.3}, "numerics": {"mach": 0.1}}, (0.0, 0.1)),
+        ({"waves": {"wave_height": 0.1, "period": 1.3}, "bodies": {"b": {"mjcf": "b.xml"}}}, (0.02, 0.2)),
+        ({"waves": {"kind": "solitary", "wave_height": 0.1}}, (0.02, 0.2)),
+        ({}, (0.02, 0.2)),
+    ],
+)
+def test_a_scene_whose_waves_go_on_has_the_numerics_that_keep_them(more, numerics):
+    tank = Tank(min=(0.0, -0.5), max=(6.0, 0.3))
+    scene = Scene.model_validate({"spacing": 0.02, "duration": 1.0, "tank": tank} | more)
+    assert (scene.numerics.artificial_viscosity, scene.numerics.mach) == numerics

@@ -11,7 +11,7 @@ from fsi.waves.incident import XI, ZETA, Paddle, Table, linear_waves, stokes_wav
 from fsi.waves.kinds.irregular import Waves as Irregular
 from fsi.waves.kinds.regular import bound_harmonic
 from fsi.waves.linear import wavenumber
-from fsi.waves.second_order import spread, with_bound_waves
+from fsi.waves.second_order import GroupPaddle, spread, with_bound_waves
 
 G, DEPTH, PERIOD = 9.81, 0.6, 1.2
 STEP = 1e-4
@@ -205,7 +205,7 @@ def test_walls_let_no_water_through_under_groups():
     times, z, off = np.linspace(0, 3.6, 120, endpoint=False), np.linspace(-0.5, -0.1, 7), {}
     for height in (0.06, 0.03):
         waves = pair(height)
-        paddle, lower = (Paddle(waves, np.eye(1), np.zeros((1, 1)), y) for y in (z, z - STEP))
+        paddle, lower = (GroupPaddle(waves, np.eye(1), np.zeros((1, 1)), y) for y in (z, z - STEP))
         through = []
         for t in times:  # groups of 3.6 s
             way, speed, *_ = (part[..., 0, :].reshape(-1) for part in paddle.at(t))
