@@ -62,6 +62,10 @@ class Environment(Env):
         if scene.control:
             self.close()
             raise SceneError("the scene's controller takes the place of the actions", key="control", fix="remove it")
+        if scene.sea and hasattr(scene.sea.waves, "seed") and not same_waves:
+            self.close()
+            fix = "give same_waves=True, or a flume with [waves]"
+            raise SceneError("an open sea has the same waves in each episode", key="sea.waves.seed", fix=fix)
         self._reward, self._terminated, self._begin = reward, terminated, begin
         self._interval, self._warm_up = interval, warm_up
         self._duration = scene.duration if duration is None else duration

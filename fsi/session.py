@@ -136,7 +136,13 @@ class Session(View):
 
     def reset(self, seed: int | None = None) -> None:
         """Back to t = 0, in milliseconds: nothing is compiled or sampled again. `seed` seeds `rng`, and the waves where they
-        have one; without, they stay as they are. Raises SceneError as `restore` does."""
+        have one; without, they stay as they are. Raises SceneError as `restore` does, and for another seed of an open sea, in
+        whose waves the water is from the start."""
+        if seed is not None and self.scene.sea and hasattr(self.scene.sea.waves, "seed"):
+            fix = "open the scene anew with that seed, or reset without one and seed `rng` yourself"
+            raise SceneError(
+                "an open sea begins in its waves, and cannot take another seed", key="sea.waves.seed", fix=fix
+            )
         self.restore(self._start)  # type: ignore[arg-type]
         if seed is not None:
             self.rng = np.random.default_rng(seed)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.report.snapshot import pose_at, visuals_of
+from cases.report.terrain import bed
 from fsi.errors import SceneError
 from fsi.record.dataset import load_run
 from fsi.record.fields import top
@@ -19,6 +20,7 @@ from fsi.scene.fields import field_of
 from fsi.scene.file import load_scene
 
 PORTION = 20  # snapshots that are read at a time
+GROUND = (170, 150, 120)  # colour
 
 
 @dataclass(frozen=True)
@@ -130,16 +132,18 @@ def _sides(scene) -> Iterator[tuple[str, Mesh]]:
 
 def _ground(scene) -> Iterator[tuple[str, Mesh]]:
     file = scene.tank.bathymetry
+    if (made := bed(scene)) is not None:
+        yield "bathymetry", Mesh(*made, GROUND)
     if file is None or not file.is_file() or file.suffix.lower() not in (".stl", ".obj", ".ply"):
         return
     from fsi.extras import require
 
     mesh = require("trimesh", "bodies", "a picture of the bathymetry").load(file, force="mesh")
     if scene.dimension == 3:
-        yield "bathymetry", Mesh(np.array(mesh.vertices), np.array(mesh.faces), (170, 150, 120))
+        yield "bathymetry", Mesh(np.array(mesh.vertices), np.array(mesh.faces), GROUND)
         return
     cut = mesh.section(plane_origin=[0, 0, 0], plane_normal=[0, 1, 0])
     if cut is not None:
         lines = np.array([part.discrete(cut.vertices)[:, :3] for part in cut.entities[:1]]).reshape(-1, 3)
         cells = np.column_stack([np.arange(len(lines) - 1), np.arange(1, len(lines))])
-        yield "bathymetry", Mesh(lines, cells, (170, 150, 120))
+        yield "bathymetry", Mesh(lines, cells, GROUND)

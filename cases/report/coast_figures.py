@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from cases.report.figure import Figure, exceeded, load_figures
+from cases.report.obstacles import obstacles
 from fsi.scene.geometry import wave_depth
 from fsi.scene.model import Scene
 from fsi.waves import wavenumber
@@ -111,24 +112,9 @@ def peaks(values: np.ndarray, apart: int) -> np.ndarray:
 def reflection(part, scene: Scene, period: float | None, regular: bool, settled: Callable) -> Iterator[Figure]:
     """Heights of the incident and the reflected waves and their ratio, from all gauges before the first body and the damping
     zones, by least squares (Mansard & Funke 1980; Zelt & Skjelbreia 1992), from when the reflected waves are back at all of
-    them. Nothing where there are fewer than two gauges, or where they cannot tell the two apart, or the run is too short."""
-    names, end = separating_gauges(part, scene)
-    if period is None or len(names) < 2:
-        return
-    x = np.array([scene.gauges[name].x for name in names])
-    part = part.sel(time=slice(settled(scene, 2 * end - float(x.min())) - 1e-9, None))
-    lasts = float(part.time[-1] - part.time[0]) if part.sizes["time"] > 1 else 0.0
-    periods = math.floor(lasts / period + 1e-6)
-    if periods < (1 if regular else 10):
-        return
-    if regular:
-        part = part.sel(time=slice(float(part.time[-1]) - periods * period - 1e-9, None))
-    eta = np.stack([part.elevation.sel(gauge=name).values for name in names])
-    if not np.isfinite(eta).all():
-        return
-    separate = separate_regular if regular else separate_sea
-    found = separate(part.time.values, eta, x, period, wave_depth(scene), scene.gravity)
-    if found is None:
+    them. Nothing where they cannot be told apart (`separated`)."""
+    found = separated(part, scene, period, regular, settled)
+    if isinstance(found, str):
         return
     incident, reflected = found
     what = "height of the first harmonic of the" if regular else "significant height of the"
@@ -138,12 +124,37 @@ def reflection(part, scene: Scene, period: float | None, regular: bool, settled:
         yield Figure("reflection_coefficient", reflected / incident, "1", "reflected over incident wave height")
 
 
+def separated(part, scene: Scene, period: float | None, regular: bool, settled: Callable) -> tuple[float, float] | str:
+    """Height [m] of the incident and of the reflected waves of a flume; or why they cannot be told apart, in words, which are
+    empty where nobody would expect it."""
+    if scene.waves is None or period is None or len(scene.gauges) < 2:
+        return ""
+    names, end = separating_gauges(part, scene)
+    if len(names) < 2:
+        return f"fewer than two gauges stand before x = {end:.4g} m, up to where the water is free and as deep as at the piston"
+    x = np.array([scene.gauges[name].x for name in names])
+    part = part.sel(time=slice(settled(scene, 2 * end - float(x.min())) - 1e-9, None))
+    lasts = float(part.time[-1] - part.time[0]) if part.sizes["time"] > 1 else 0.0
+    periods = math.floor(lasts / period + 1e-6)
+    if periods < (needed := 1 if regular else 10):
+        return f"the reflected waves are back at the gauges for {lasts:.3g} s, and {needed * period:.3g} s are needed"
+    if regular:
+        part = part.sel(time=slice(float(part.time[-1]) - periods * period - 1e-9, None))
+    eta = np.stack([part.elevation.sel(gauge=name).values for name in names])
+    if not np.isfinite(eta).all():
+        return "a gauge falls dry"
+    separate = separate_regular if regular else separate_sea
+    found = separate(part.time.values, eta, x, period, wave_depth(scene), scene.gravity)
+    return "the gauges stand nearly whole half wave lengths apart" if found is None else found
+
+
 def separating_gauges(part, scene: Scene) -> tuple[list[str], float]:
-    """Names of the gauges between the piston and what may reflect its waves, and where that is [m]: the first body, the
-    beginning of a damping zone, or the end of the tank."""
+    """Names of the gauges between the piston and what may reflect its waves, and where that is [m]: the first body or fixed
+    solid, a floor that rises, the beginning of a damping zone, or the end of the tank."""
     if scene.waves is None or "gauge" not in part.dims:
         return [], 0.0
     ends = [min(zone.start, zone.end) for zone in scene.damping if zone.axis == "x"]
+    ends += [place for place in obstacles(scene) if math.isfinite(place)]
     if "body_position" in part:
         ends.append(float(part.body_position.isel(time=0).sel(axis="x").min()))
     end, middle = min(ends, default=scene.tank.max[0]), scene.gauges

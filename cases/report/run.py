@@ -34,6 +34,7 @@ SERIES = (  # title, variables; one figure each where the run has them
 )
 ENERGIES = ("kinetic_energy", "dissipated_energy", "body_work", "wavemaker_work")
 NUMERICS = ("time_step", "max_speed")
+FAR = ("load_centre",)  # goes to infinity where the force goes through zero: drawn as far as 96 % of its values
 MOST_LINES, MOST_POINTS = 8, 4000  # in one panel
 SMALL = 1e-9  # share of the largest component, below which one is left out of a plot
 SNAPSHOTS = 4
@@ -86,7 +87,9 @@ def key_figures(data, scene: Scene) -> tuple[list, float, str]:
     try:
         found = wave_figures.figures(data, scene, start=start)
         seconds = wave_figures.measured_seconds(data, scene, start)
-        which = f"the last {seconds:.4g} s, in which the waves have come to the body" if scene.waves else ""
+        which = (
+            f"the last {seconds:.4g} s, in which the waves have come to the body or structure" if scene.waves else ""
+        )
         return found, seconds, which or f"all {seconds:.4g} s"
     except SceneError:
         end = float(data.time[-1]) if data.sizes["time"] else 0.0
@@ -106,8 +109,8 @@ def _figures(section: Section, data, scene: Scene, scale: float | None) -> float
     found, seconds, which = key_figures(data, scene)
     if scene.waves and not which.startswith("the last"):
         section.text(
-            "The run ends before the waves have settled at the body and gone through a whole period there: no response "
-            f"and no mean power. Loads are over {which}."
+            "The run ends before the waves have settled at the body or structure and gone through a whole period there: no "
+            f"response and no mean power. Loads are over {which}."
         )
     errors = {f.key: f.value for f in found if f.name.endswith("_error")}
     rows = []
@@ -127,6 +130,8 @@ def _figures(section: Section, data, scene: Scene, scale: float | None) -> float
         "dynamic the rest"
     )
     section.table(heads, rows, caption=caption)
+    if why := wave_figures.not_separated(data, scene) if scene.waves else "":
+        section.text(f"Incident and reflected waves are not told apart: {why}.")
     if scale is not None:
         section.text("Full scale is by Froude's law in water of the same density; viscous forces do not go by it.")
     return seconds
@@ -189,6 +194,9 @@ def plot(panel, data, name: str) -> None:
         ylabel=f"{name.replace('_', ' ')} [{units}]",
         title=variable.attrs["long_name"] + (f", {labels[shown[0]]}" if len(shown) == 1 and labels[shown[0]] else ""),
     )
+    if name in FAR and np.isfinite(values[:, shown]).any():
+        low, high = np.nanquantile(values[:, shown], (0.02, 0.98))
+        panel.set_ylim(low - 0.1 * (high - low or 1.0), high + 0.1 * (high - low or 1.0))
 
 
 def _labels(data, dims) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.report import charts
+from cases.report.terrain import bed
 from fsi.errors import SceneError
 from fsi.record.colours import colour_map
 from fsi.record.fields import CATEGORIES, top
@@ -18,7 +19,7 @@ from fsi.scene.model import Scene
 
 SLICE = 1.5  # half the thickness in spacings of the slice that is drawn of a three-dimensional run
 WIDE = 3.0  # length over height of a tank, above which its panels stand one over the other
-BODY = "#9aa0a6"
+BODY, GROUND = "#9aa0a6", "#c9b79c"
 ARROW = 0.25  # length of an arrow over the height of the tank
 
 
@@ -34,8 +35,9 @@ def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene,
     wide = charts.WIDTH / columns
     figure, panels = charts.canvas(rows, columns, height=min(0.86 * wide * height / length + 0.75, 6.0))
     visuals, field = visuals_of(scene), scene.output.fields[0]
+    ground = made[0] if scene.dimension == 2 and (made := bed(scene)) else None
     for panel, shot in zip(panels, shots, strict=False):
-        _panel(panel, shot, scene, visuals, data)
+        _panel(panel, shot, scene, visuals, data, ground)
         for place, direction in arrows:
             _arrow(panel, place, direction, ARROW * (scene.tank.max[-1] - scene.tank.min[-1]))
     for panel in panels[len(shots) :]:
@@ -45,7 +47,7 @@ def snapshot_figure(recording: Path, times: Iterable[float], data, scene: Scene,
     return figure, f"Particles coloured by {field.replace('_', ' ')}{where}; bodies in grey"
 
 
-def _panel(panel, shot, scene: Scene, visuals, data) -> None:
+def _panel(panel, shot, scene: Scene, visuals, data, ground) -> None:
     from matplotlib.collections import EllipseCollection, PolyCollection
 
     position, level = shot.position, shot.level
@@ -60,6 +62,8 @@ def _panel(panel, shot, scene: Scene, visuals, data) -> None:
         transOffset=panel.transData,
     )  # fmt: skip
     panel.add_collection(dots)
+    if ground is not None:
+        panel.fill_between(ground[:, 0], ground[:, 2], scene.tank.min[-1], color=GROUND, linewidth=0)
     for corners in _bodies_at(shot.time, visuals, data):
         panel.add_collection(PolyCollection(corners, facecolors=BODY, edgecolors=BODY, linewidths=0.3))
     panel.set(

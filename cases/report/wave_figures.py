@@ -12,8 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cases.report.coast_figures import coast_figures
+from cases.report.coast_figures import coast_figures, separated
 from cases.report.figure import Figure, load_figures
+from cases.report.obstacles import obstacles
 from fsi.errors import SceneError
 from fsi.scene.geometry import piston_motion, wave_depth
 from fsi.scene.model import Scene
@@ -109,7 +110,9 @@ def window(data, scene: Scene, start: float | None = None):
     shorter than a period."""
     end = float(data.time[-1]) if data.sizes["time"] else 0.0
     places = data.body_position.isel(time=0).sel(axis="x").values if "body_position" in data else np.zeros(0)
-    begin = settled(scene, float(places.max(initial=scene.tank.min[0]))) if start is None else start
+    fixed = obstacles(scene)[1]
+    places = np.append(places, fixed if math.isfinite(fixed) else scene.tank.min[0])
+    begin = settled(scene, float(places.max())) if start is None else start
     period = wave_period(scene)
     if begin + (period or 0.0) > end + 1e-6 or end <= 0:
         fault = f"the run ends at {end:.3g} s, figures need it to last {begin + (period or 0.0):.3g} s"
@@ -117,6 +120,16 @@ def window(data, scene: Scene, start: float | None = None):
     if period and is_regular(scene):
         begin = end - period * math.floor((end - begin) / period + 1e-6)
     return data.sel(time=slice(begin - 1e-9, None)), period
+
+
+def not_separated(data, scene: Scene) -> str:
+    """Why incident and reflected waves of a flume with two gauges or more have no figures, in words; empty where they have."""
+    try:
+        part, period = window(data, scene)
+    except SceneError:
+        return ""
+    found = separated(part, scene, period, is_regular(scene), settled)
+    return found if isinstance(found, str) else ""
 
 
 def measured_seconds(data, scene: Scene, start: float | None = None) -> float:

@@ -114,7 +114,8 @@ def power_matrix(data):
     over = [dim for dim in data.mean_power.dims if dim == "seed"]
     count = data.mean_power.count(over) if over else 1
     mean = data.mean_power.mean(over, skipna=True) if over else data.mean_power
-    data["power_matrix"] = mean.assign_attrs(units="W", long_name="mean absorbed power, mean of the seeds")
+    words = f"mean absorbed power{', mean of the seeds' if over else ''}"
+    data["power_matrix"] = mean.assign_attrs(units="W", long_name=words)
     if over:
         error = data.mean_power.std(over, ddof=1) / np.sqrt(count)
         data["power_matrix_error"] = error.assign_attrs(units="W", long_name="standard error of the mean of the seeds")

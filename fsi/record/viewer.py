@@ -54,9 +54,12 @@ class WebViewer:
 
     def __exit__(self, *_) -> None:
         """End it, and the process that it has started in its turn."""
-        for number in (signal.SIGTERM, signal.SIGKILL):
+        for name in ("terminate", "kill"):
             with suppress(ProcessLookupError):
-                os.killpg(self._process.pid, number)
+                if hasattr(os, "killpg"):
+                    os.killpg(self._process.pid, signal.SIGTERM if name == "terminate" else signal.SIGKILL)
+                else:  # Windows has no groups of processes
+                    getattr(self._process, name)()
             end = time.monotonic() + 3.0
             while any(map(_answers, self._ports)) and time.monotonic() < end:
                 time.sleep(0.02)

@@ -9,6 +9,7 @@ from stand_in import event, frame
 from fsi.errors import RunError
 from fsi.record import background
 from fsi.record.background import QUEUE_LENGTH, Background
+from fsi.scene import check_effect
 
 
 class Memory:
@@ -88,3 +89,16 @@ def test_fault_of_the_writer_is_raised_in_the_run(scene):
             recorder.event(event("on", step))
         recorder.end()
     assert "end" not in memory.calls or memory.calls[-1] == "end"
+
+
+def test_a_run_goes_on_without_the_viewer_and_says_so(scene, tmp_path, monkeypatch):
+    for module in (background, check_effect):
+        monkeypatch.setattr(module, "installed", lambda name: False)
+    silent, output = scene, scene.output.model_copy(update={"timeline": True})
+    scene = scene.model_copy(update={"output": output})
+    [told] = check_effect.no_timeline(scene)
+    assert "no timeline" in told and "pip install 'spindrift[viewer]'" in told
+    [recorder] = background.open_recorders(scene, tmp_path)
+    names = [type(one).__name__ for one in recorder._recorders]
+    assert "McapRecorder" in names and "TimelineRecorder" not in names
+    assert check_effect.no_timeline(silent) == []

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import xarray
 
-from cases.report.coast_figures import events, peaks, plane_width, separate_regular, separate_sea
+from cases.report.coast_figures import events, peaks, plane_width, separate_regular, separate_sea, separated
+from cases.report.obstacles import obstacles
+from cases.report.wave_figures import settled, window
 from fsi.scene.model import Scene
 from fsi.waves.linear import wavenumber
 
@@ -78,3 +81,31 @@ def test_width_of_flux_planes():
 def test_peaks_stand_apart():
     values = np.array([0.0, 1.0, 0.5, 0.9, 0.2, 0.0, 0.0, 2.0, 2.0, 0.0])
     assert peaks(values, 2).tolist() == [1.0, 2.0]
+
+
+def test_fixed_solids_stand_in_the_way_of_waves(tmp_path):
+    """A sill on the floor from x = 4, a wall through the surface from x = 7: gauges behind the sill separate nothing, and
+    figures wait for the waves at the wall."""
+    geoms = {"sill": ("5 0 -0.5", "1 1 0.1"), "wall": ("7.2 0 0", "0.2 1 0.6")}
+    wet = "".join(f'<element objtype="geom" objname="{name}"/>' for name in geoms)
+    drawn = "".join(f'<geom name="{n}" type="box" pos="{p}" size="{s}"/>' for n, (p, s) in geoms.items())
+    (tmp_path / "shore.xml").write_text(
+        f'<mujoco><custom><tuple name="wet">{wet}</tuple></custom><worldbody>{drawn}</worldbody></mujoco>'
+    )
+    keys = {"spacing": 0.05, "duration": 20.0, "tank": {"min": (0.0, -0.6), "max": (9.0, 0.5)}}
+    keys |= {
+        "waves": {"wave_height": 0.1, "period": 1.5},
+        "gauges": {"a": {"x": 2.0}, "b": {"x": 2.6}, "c": {"x": 6.0}},
+    }
+    scene = Scene(**keys, bodies={"shore": {"mjcf": tmp_path / "shore.xml"}})
+    assert obstacles(scene) == pytest.approx((4.0, 7.0), abs=0.05)
+    assert obstacles(Scene(**keys)) == (math.inf, math.inf)
+    time = np.arange(0.0, 20.0, 0.05)
+    omega, x = 2 * math.pi / 1.5, np.array([2.0, 2.6, 6.0])
+    k = wavenumber(omega, 0.6, 9.81)
+    eta = 0.05 * np.cos(omega * time[:, None] - k * x) + 0.02 * np.cos(omega * time[:, None] + k * x)
+    eta[:, 2] *= 3  # it shoals
+    part = xarray.Dataset({"elevation": (("time", "gauge"), eta)}, coords={"time": time, "gauge": ["a", "b", "c"]})
+    assert separated(part, scene, 1.5, True, settled) == pytest.approx((0.1, 0.04), rel=1e-3)
+    assert "1.5 s are needed" in separated(part.sel(time=slice(0, 6)), scene, 1.5, True, settled)
+    assert window(part, scene)[0].time[0] > settled(scene, 6.9) - 1e-6

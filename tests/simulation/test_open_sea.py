@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fsi
+from fsi.errors import SceneError
 from fsi.fluid.gauges import elevation
 from fsi.scene.geometry import incident_waves
 from fsi.scene.model import Scene
@@ -58,3 +60,12 @@ def test_waves_keep_their_height_and_the_level_stays(start):
     found, exact = np.array(rows)[:, :, 0].T
     assert np.ptp(found) == pytest.approx(np.ptp(exact), rel=0.05)
     assert abs((found - exact).mean()) < 0.03 * HEIGHT
+
+
+def test_another_seed_of_an_open_sea_is_refused():
+    """Its water is in its waves from the start: a reset would keep those of the old seed."""
+    sea = {"waves": {"kind": "irregular", "Hm0": 0.05, "peak_period": 1.2}, "zone": 0.9}
+    with fsi.open(box(sea=sea), threads=1) as sim:
+        sim.reset()
+        with pytest.raises(SceneError, match=r"sea.waves.seed: an open sea begins in its waves"):
+            sim.reset(seed=2)

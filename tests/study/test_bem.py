@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 import xarray
 
-from cases.study.bem import as_omega, compare, rao, read_bem
+from cases.report.wave_figures import energy_period_ratio
+from cases.study.bem import as_omega, check_power, compare, compare_power, rao, read_bem
 from cases.study.plan import Bem
 from fsi.errors import SceneError
+from fsi.waves import load_kind
+from fsi.waves.kinds.irregular import spectrum
 
 OMEGA = np.linspace(1.0, 8.0, 57)
 DOFS = ["Pitch", "Heave"]
@@ -95,3 +98,33 @@ def test_what_a_dataset_lacks_is_named(tmp_path):
 def test_frequencies_by_any_name():
     for name, value in (("period", 2.0), ("frequency", 0.5), ("omega", math.pi)):
         assert as_omega([value], name)[0] == pytest.approx(math.pi)
+
+
+def test_a_power_matrix_is_set_beside_linear_theory(tmp_path):
+    """Regular waves: c/2 omega^2 |X|^2 (H/2)^2. A sea: the same of its components, here of a million of them."""
+    bem = Bem(file=capytaine(tmp_path / "flap.nc"), dof="Pitch", damping=40.0)
+    height, omega = np.array([0.1, 0.2]), OMEGA[[10, 20, 30]]
+    coords = {"wave_height": height, "period": 2 * math.pi / omega, "joint": ["hinge"]}
+    of_runs = {"power_matrix": (("wave_height", "period"), np.ones((2, 3)), {"units": "W"})}
+    regular = load_kind("regular")(kind="regular", wave_height=0.1, period=2.0)
+    found = compare_power(xarray.Dataset(of_runs, coords=coords), bem, regular)
+    expected = 20.0 * (omega * abs(exact(omega, 40.0))) ** 2 * (height[:, None] / 2) ** 2
+    assert np.allclose(found.power_matrix_bem, expected) and np.allclose(found.power_matrix_ratio, 1 / expected)
+
+    waves = load_kind("irregular")(kind="irregular", Hm0=0.1, peak_period=1.6)
+    coords = {"Hm0": height, "Te": np.array([0.7, 2.0])}
+    of_runs = {"power_matrix": (("Te", "Hm0"), np.ones((2, 2)), {"units": "W"})}
+    found = compare_power(xarray.Dataset(of_runs, coords=coords), bem, waves).power_matrix_bem
+    peak = 2.0 / energy_period_ratio(waves)
+    f = np.linspace(0.5, 2.5, 100_000) / peak
+    share = spectrum(f, 1 / peak, 3.3)
+    of_waves = 40.0 * (2 * math.pi * f * abs(exact(2 * math.pi * f, 40.0))) ** 2
+    assert float(found.sel(Te=2.0, Hm0=0.2)) == pytest.approx(0.2**2 / 16 * share @ of_waves / share.sum(), rel=2e-3)
+    assert np.isnan(found.sel(Te=0.7)).all()  # most of that sea lies above the file's frequencies
+
+    check_power(bem, waves, ["Hm0", "Te", "seed"])
+    for wrong in ((bem, waves, ["Hm0", "Te", "spacing"]), (bem, None, ["Hm0", "Te"])):
+        with pytest.raises(SceneError, match="linear theory has no power for this matrix"):
+            check_power(*wrong)
+    with pytest.raises(SceneError, match="a power matrix has one damping"):
+        check_power(bem.model_copy(update={"damping": "damping"}), waves, ["Hm0", "Te"])
