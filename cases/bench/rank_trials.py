@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.bench.identity import CHANNEL, LAYERS, SEA, differences
+from cases.bench.trial_scenes import CHANNEL, LAYERS, SEA, differences
 from fsi.errors import RunError
 from fsi.ranks.start import from_wheel
 from fsi.record.dataset import load_run
@@ -93,7 +93,9 @@ mjcf = "float.xml"
 anchor = [-1.4, 0.0, -0.6]
 fairlead = "bow"
 length = 1.5
-EA = 5e3
+mass = 2.0
+diameter = 0.02
+EA = 1e5
 """
 FLOAT = """<mujoco><worldbody><body name="float">
 <joint name="surge" type="slide" axis="1 0 0"/><joint name="heave" type="slide" axis="0 0 1"/>

@@ -2,9 +2,9 @@
 
 A run on so many ranks with one thread each is timed beside one in one process with as many threads, by the clock and by the
 processor time that each takes without waiting: this one says what ranks cost also where others use the machine, or where
-there are more ranks than processors. Each rank says how long it waited, what share of its work was the exchange of ghosts and
-of particles, and what it sent: bytes of a step by purpose, and for each surface cell, a cube of a support around which ghosts
-stand.
+there are more ranks than processors. For that each rank steps the whole scene alone as well, by turns. Each rank says how
+long it waited, what share of its work was the exchange of ghosts and of particles, and what it sent: bytes of a step by
+purpose, and for each surface cell, a cube of a support around which ghosts stand.
 """
 
 from __future__ import annotations
@@ -25,31 +25,37 @@ TANK = "tank_still"
 
 
 def timed(scene: str, settings: list[str], steps: int, threads: int, member=None) -> dict:
-    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; `busy`, the processor
-    time of one, without waiting; `waited`, the share of the time that it waited for others; `exchanged`, that of its work which
-    the exchange took; `sent`, the bytes of a step by purpose; `own` and `ghosts`, its particles."""
+    """Times of the steps of a scene on this rank, or in this process: `seconds` of a step, the median; and on ranks `busy`, the
+    processor time of one without waiting; `alone`, that of a step of the whole scene; `waited`, the share of the time that
+    it waited for others; `exchanged`, that of its work which the exchange took; `sent`, the bytes of a step by purpose;
+    `own` and `ghosts`, its particles."""
     from fsi.simulation.loop import Simulation
 
     sim = Simulation(load_scene(scene, settings), threads=threads, ranks=member)
-    marks, waited, sent, used, exchanged = [], 0.0, {}, 0.0, 0.0
+    whole = Simulation(load_scene(scene, settings), threads=1) if member else None
+    marks, uses, alone, waited, sent, exchanged = [], [], [], 0.0, {}, 0.0
     for step in range(WARM + steps):
         if step == WARM and member:
             member.ranks.barrier()
             waited, sent, exchanged = member.ranks.waited, dict(member.ranks.sent), sim.fluid.halo.used
-        if step == WARM:
-            used = _used(member)
-        begin = clock.perf_counter()
+        begin, used = clock.perf_counter(), _used(member)
         sim.step()
         if step >= WARM:
             marks.append(clock.perf_counter() - begin)
-    busy = (_used(member) - used) / steps
-    facts = {"seconds": median(marks), "busy": busy, "particles": sim.fluid.labels, "boundary": len(sim.fluid.owner)}
+            uses.append(_used(member) - used)
+        if whole:
+            used = clock.process_time()
+            whole.step()
+            alone += [clock.process_time() - used] if step >= WARM else []
+    position = sim.fluid.particles.position
+    facts = {"seconds": median(marks), "particles": sim.fluid.labels, "boundary": len(sim.fluid.owner)}
     if member:
         ranks, halo = member.ranks, sim.fluid.halo
         per_cell = (2 * sim.scene.smoothing_length / sim.scene.spacing) ** sim.fluid.dim
         own = {
-            "busy": busy,
-            "exchanged": (halo.used - exchanged) / steps / busy,
+            "busy": median(uses),
+            "alone": median(alone),
+            "exchanged": (halo.used - exchanged) / sum(uses),
             "waited": (ranks.waited - waited) / sum(marks),
             "sent": {purpose: (size - sent.get(purpose, 0)) / steps for purpose, size in ranks.sent.items()},
             "own": len(halo.own_key),
@@ -58,6 +64,8 @@ def timed(scene: str, settings: list[str], steps: int, threads: int, member=None
         }
         facts["ranks"] = ranks.comm.gather(own)
         facts["shape"] = list(halo.decomposition.shape)
+        low, high = ranks.reduce(position.min(0), "min"), ranks.reduce(position.max(0), "max")
+        facts["lengths"] = ((high - low) / sim.scene.spacing + 1).tolist()  # of the fluid, in spacings
     sim.close()
     return facts
 
@@ -71,8 +79,8 @@ def cost_of_ranks(
     numbers: list[int], scene: str = TANK, settings: tuple[str, ...] = (), steps: int = STEPS
 ) -> list[dict]:
     """A row for each number of ranks: `ranks`, `seconds` of a step there and in one process with as many `threads`, the
-    `speed` of the ranks over that of the threads, `busy` [s] of the busiest rank and of a thread, `work`, the processor time of
-    a thread over that of the busiest rank, bytes and waiting (`timed`). Raises RunError where a run fails."""
+    `speed` of the ranks over that of the threads, `busy` [s] of the busiest rank and a rank's part of the whole scene in one
+    process, `work`, this over that on the busiest rank, bytes and waiting (`timed`). Raises RunError where a run fails."""
     rows = []
     for number in numbers:
         shared, alone = _child(number, scene, settings, steps), _child(1, scene, settings, steps, threads=number)
@@ -86,8 +94,8 @@ def cost_of_ranks(
                 "speed": alone["seconds"] / shared["seconds"],
                 "busy": max(rank["busy"] for rank in each),
                 "busy_mean": sum(rank["busy"] for rank in each) / number,
-                "busy_alone": alone["busy"] / number,
-                "work": alone["busy"] / number / max(rank["busy"] for rank in each),
+                "busy_alone": sum(rank["alone"] for rank in each) / number**2,
+                "work": sum(rank["alone"] for rank in each) / number**2 / max(rank["busy"] for rank in each),
                 "exchanged": max(rank["exchanged"] for rank in each),
                 "waited": max(rank["waited"] for rank in each),
                 "waited_mean": sum(rank["waited"] for rank in each) / number,
@@ -103,7 +111,7 @@ def cost_of_ranks(
 def lines(rows: list[dict]) -> list[str]:
     """A table to print."""
     head = (
-        "ranks  arrangement  ms/step, of threads  speed  busy ms, of a thread  ratio  exchange  waited (most, mean)  MB/step  "
+        "ranks  arrangement  ms/step, of threads  speed  busy ms, part of one  ratio  exchange  waited (most, mean)  MB/step  "
         "bytes/surface cell  ghosts"
     )
     table = [head]

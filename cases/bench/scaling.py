@@ -4,10 +4,11 @@ A step of a box of N fluid particles on P ranks takes
 
     T(P) = I N t / P + G g + R (n L + G b / B) + C L log2 P + S + W
 
-t: seconds of a fluid particle with its sweeps, its share of the boundary included; I: imbalance, of whole slices; G: ghosts
-of a rank, those in a layer of `width` spacings around its box, at g seconds each to take in and to sort; R: refreshes of
-ghosts in a step, b bytes each, over a network of latency L [s] and B [bytes/s] to n neighbours; C: reductions over all ranks;
-S: serial time of a step (Python, MuJoCo in lockstep); W: the logged frames, which the root gathers.
+t: seconds of a fluid particle with its sweeps, its share of the boundary included; I: imbalance, of whole slices; G: ghosts of
+a rank, those in a layer of a support around its box and of another one near walls, at g seconds each to take in and to sort;
+R: refreshes of ghosts in a step, b bytes each, over a network of latency L [s] and B [bytes/s] to n neighbours; C: reductions
+over all ranks; S: serial time of a step (Python, MuJoCo in lockstep); W: the logged frames, which the root gathers. Exchange
+and sweeps overlap in a run, and add up here.
 
 The measured inputs are those of `fsi bench --ranks N --json`, see `measured`. What the source reports is printed beside the
 prediction: scaling of an explicit ISPH code with boxes of cells on Compute Canada's Guillimin (JOEME 2017, doi
@@ -24,6 +25,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
+from fsi.particles.cells import EMPTY
+
 
 @dataclass(frozen=True)
 class Machine:
@@ -32,7 +35,8 @@ class Machine:
 
     particle: float = 1.25e-6  # of a fluid particle and step
     ghost: float = 1.5e-7  # of a ghost and step: append, sort, gather and scatter
-    width: float = 8.1  # spacings that ghosts reach, 4.05 h at h = 2 dr
+    width: float = 4.1  # spacings that ghosts reach away from walls, a support at h = 2 dr
+    walls: float = 4.1  # and how much farther near them
     refreshes: int = 9  # of ghosts in a step: trial velocities, the sweeps, the counts
     bytes_ghost: float = 10.0  # of a ghost in a refresh, the exchange at the start of a step spread over them
     latency: float = 2e-6
@@ -101,7 +105,7 @@ def _step(lengths: list[float], particles: float, shape: tuple[int, int, int], m
     ranks, own = math.prod(shape), [length / n for length, n in zip(lengths, shape, strict=True)]
     largest = math.prod(math.ceil(length) / length if n > 1 else 1.0 for length, n in zip(own, shape, strict=True))
     around = [length + m.width * min(2, n - 1) for length, n in zip(own, shape, strict=True)]
-    ghosts = math.prod(around) - math.prod(own)
+    ghosts = math.prod(around) - math.prod(own) + _beyond(lengths, own, shape, m)
     neighbours = math.prod(min(3, n) for n in shape) - 1
     compute = particles / ranks * m.particle
     return Prediction(
@@ -115,6 +119,35 @@ def _step(lengths: list[float], particles: float, shape: tuple[int, int, int], m
     )
 
 
+def _beyond(lengths: list[float], own: list[float], shape: tuple[int, int, int], m: Machine) -> float:
+    """Ghosts of a rank in the second support, where they are within one of the floor or of a wall; there is none on top."""
+    total = 0.0
+    for d in range(3):
+        first, second = (e for e in range(3) if e != d)
+        open_area = 1.0
+        for e in (first, second):
+            near = m.width * (1 if e == 2 else 2) / lengths[e]  # share of the tank's side, on a rank as on the mean
+            open_area *= max(0.0, 1 - near)
+        total += min(2, shape[d] - 1) * m.walls * own[first] * own[second] * (1 - open_area)
+    return total
+
+
+def validation(rows: list[dict], machine: Machine) -> list[str]:
+    """What the model says of measured rows, with the inputs of the row of the fewest ranks alone, line by line."""
+    machine = measured(rows, machine)
+    table = ["ranks  arrangement  ms busy, predicted  kB/step, predicted  ghosts, predicted"]
+    for row in rows:
+        found = _step(row["lengths"], row["particles"], tuple(row["shape"]), machine)
+        number, ghosts = row["ranks"], found.ghosts / machine.ghost if machine.ghost else 0.0
+        busy = found.compute + found.ghosts
+        sent = number * ghosts * machine.bytes_ghost * machine.refreshes
+        table.append(
+            f"{number:5}  {'x'.join(map(str, row['shape'])):>11}  {1e3 * row['busy_mean']:7.2f}  {1e3 * busy:9.2f}  "
+            f"{1e-3 * row['bytes_per_step']:7.0f}  {1e-3 * sent:9.0f}  {row['ghosts']:6}  {number * ghosts:9.0f}"
+        )
+    return table
+
+
 def efficiency(case: Case, ranks: int, machine: Machine) -> float:
     """Speed on so many ranks over that of the fewest of the case, for each rank."""
     first = case.ranks[0]
@@ -123,9 +156,9 @@ def efficiency(case: Case, ranks: int, machine: Machine) -> float:
 
 
 def measured(rows: list[dict], machine: Machine | None = None) -> Machine:
-    """The machine of rows of `cases.bench.ranks.cost_of_ranks`: the time of a particle from the run in one process, that of a
-    ghost from what the ranks take beyond it and do not wait for."""
-    machine, row = machine or Machine(), max(rows, key=lambda r: r["ranks"])
+    """The machine of rows of `cases.bench.ranks.cost_of_ranks`, of that of the fewest ranks: the time of a particle from the
+    run in one process, that of a ghost from what the ranks take beyond it and do not wait for."""
+    machine, row = machine or Machine(), min(rows, key=lambda r: r["ranks"])
     particle = row["busy_alone"] * row["ranks"] / row["particles"]
     busy = row["busy_mean"] - row["particles"] / row["ranks"] * particle
     ghosts = row["ghosts"] / row["ranks"]
@@ -141,10 +174,14 @@ def limits(sides: tuple[float, ...], particles: float, ranks: int, steps_frame: 
     spacing = (math.prod(sides) / particles) ** (1 / 3)
     cells = math.prod(side / (f * spacing) + 8 for side, f in zip(sides, (1.0, 1.75, 1.75), strict=True))
     surface = 2 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[0] * sides[2]) / spacing**2 * 4
+    grid = min(cells, EMPTY * particles / ranks)
     whole = 100 * (particles + surface)
     found = [
         (whole / LIMITS_RANK, f"every rank builds the whole scene: {whole / 1e9:.3g} GB before it keeps its part"),
-        (12 * cells / LIMITS_RANK, f"every rank has a grid over the whole tank: {12 * cells / 1e9:.3g} GB"),
+        (
+            12 * grid / LIMITS_RANK,
+            f"a rank's grid of the whole tank, kept up to {EMPTY} cells a particle of the rank: {12 * grid / 1e9:.3g} GB",
+        ),
         (
             60 * particles / (8 * LIMITS_RANK),
             f"a checkpoint and a frame of particles are gathered: {60 * particles / 1e9:.3g} GB",
@@ -188,7 +225,9 @@ def main() -> None:
     options = parser.parse_args()
     machine = Machine(latency=options.latency, bandwidth=options.bandwidth)
     if options.measured:
-        machine = measured(json.loads(options.measured.read_text()), machine)
+        rows = json.loads(options.measured.read_text())
+        print("\n".join([*validation(rows, machine), ""]))
+        machine = measured(rows, machine)
     print("\n".join(report(machine)))
 
 

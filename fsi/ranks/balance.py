@@ -17,6 +17,7 @@ EVERY = 50  # steps from one look at the balance to the next
 DRIFT = 0.05  # share of a rank's mean work by which one may have changed since the last balance, at first
 PATIENT, EAGER = 1.5, 0.8  # factors of that share after a balance that did not pay, and after one that did
 LEAST, MOST = 0.02, 0.5  # bounds of that share
+SERIAL = 5e-3  # of a step on a rank that has hardly any particles [s]: Python and messages
 HOLD = 0.03  # how firmly measured weights are held to `WEIGHTS`: what counts against an error of a rank's time by that share
 
 
@@ -99,12 +100,12 @@ def shares(scene: Scene, layout: Layout, decomposition: Decomposition, ghosts: b
 
 def measured_weights(table: np.ndarray) -> np.ndarray:
     """Weights (kinds,) of a fluid particle, 1, and of boundary particles near fluid and far from it, from the numbers of them
-    on each rank and the processor time that it took, table (ranks, kinds + 1): least squares, held to `WEIGHTS` as far as the
-    ranks do not tell otherwise, which are alike or few."""
-    numbers, busy = table[:, :-1], table[:, -1]
+    on each rank and the processor time of a step that it took, table (ranks, kinds + 1): least squares, held to `WEIGHTS` as
+    far as the ranks do not tell otherwise, which are alike or few. A step takes SERIAL [s] of its own."""
+    numbers, busy = table[:, :-1], table[:, -1] - SERIAL
     known = np.array(list(WEIGHTS.values()))
     total = (numbers @ known).sum()
-    if total <= 0 or busy.sum() <= 0:
+    if total <= 0 or busy.min() <= SERIAL:  # the particles cost less than the rest
         return known
     known = known * busy.sum() / total  # [s]
     mean = busy.mean()
@@ -177,6 +178,8 @@ class Balancer:
             new.rank_of(boundary), each, new.size
         )
         after = imbalance(self._ranks.reduce(work))
+        if after > before - 0.5 * self._drift:  # whole slices bring no more
+            return
         self.halo.decide(new)
         self._unknown = True
         self.history.append({

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 SPINS = 50  # tests of a message before the processor is offered to others
+NAP, SHARE = 1e-3, 0.1  # seconds of waiting from which on it is left to them, for that share of the time waited so far
 
 
 class Ranks:
@@ -39,7 +40,8 @@ class Ranks:
             while not self._mpi.Request.Testall(requests):
                 spins += 1
                 if spins > SPINS:
-                    clock.sleep(0)
+                    so_far = clock.perf_counter() - start
+                    clock.sleep(min(NAP, SHARE * so_far) if so_far > NAP else 0)
         finally:
             self.waiting, self.turns = False, self.turns + 1
             self.waited += clock.perf_counter() - start

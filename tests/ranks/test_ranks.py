@@ -15,7 +15,7 @@ import pytest
 from cases.bench import rank_trials, scaling
 from fsi.errors import SceneError
 from fsi.ranks import kernels
-from fsi.ranks.balance import measured_weights
+from fsi.ranks.balance import SERIAL, measured_weights
 from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbalance
 from fsi.ranks.halo import NearWalls
 
@@ -226,7 +226,7 @@ def test_granular_liquids_stay_whole_over_their_height():
 
 def test_weights_are_those_that_the_ranks_need_and_the_known_ones_where_they_tell_nothing():
     numbers = np.array([[1e4, 8e3, 0.0], [2e3, 9e3, 2e4], [9e3, 1e3, 3e4], [5e3, 5e3, 5e3], [1e4, 0.0, 1e3]])
-    busy = numbers @ [1e-5, 3e-6, 1e-6]
+    busy = SERIAL + numbers @ [1e-5, 3e-6, 1e-6]
     assert measured_weights(np.column_stack([numbers, busy])) == pytest.approx([1.0, 0.3, 0.1], rel=0.1)
     alike = np.column_stack([np.tile(numbers[0], (2, 1)), [0.10, 0.11]])
     assert measured_weights(alike) == pytest.approx(list(WEIGHTS.values()), rel=0.05)
