@@ -200,7 +200,9 @@ def _take_summary(log: LogFile, data: bytes, end: int, count: int) -> bytes:
     log.complete = footer is not None
     if footer is None:
         return b""
-    (at, start, checksum), own = footer, end + len(DATA_END) + 4  # with a checksum that is not used
+    (at, start, checksum), own = footer, end + len(DATA_END) + 4
+    whole = data[own - 4 : own]  # the checksum of all data, zero where none was taken
+    log.damaged |= whole != bytes(4) and whole != struct.pack("<I", zlib.crc32(memoryview(data)[:end]))
     right = log.closed and zlib.crc32(memoryview(data)[own : at + FOOTER_END.size - 4]) == checksum
     summary = data[own:at] if right else b""
     log.damaged |= not right

@@ -75,7 +75,7 @@ class LogWriter:
         self._shown = 0  # how many of them are in the tail
         self._tail, self._broken = None, False
         self._file = path.open("wb")
-        self._writer = Writer(_Stream(self), chunk_size=CHUNK_BYTES)
+        self._writer = Writer(_Stream(self), chunk_size=CHUNK_BYTES, enable_data_crcs=True)
         self._writer._Writer__chunk_indices = _Indices()
         self._writer.start(profile="", library="spindrift")
         self._describe()

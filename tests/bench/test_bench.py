@@ -70,7 +70,7 @@ def test_the_report_is_made_of_the_rows(quick):
 def test_a_report_that_cannot_be_written_is_wrong_input(monkeypatch, tmp_path):
     from cases.bench import run
 
-    monkeypatch.setattr(run, "run_plan", lambda plan, threads, say: {"machine": {}})
+    monkeypatch.setattr(run, "run_plan", lambda *plan: {"machine": {}})
     monkeypatch.setattr(run, "markdown", lambda result: "")
     done = CliRunner().invoke(app, ["bench", "--quick", "--out", str(tmp_path / "none" / "report.md")])
     assert done.exit_code == 2 and "cannot be written" in done.stderr

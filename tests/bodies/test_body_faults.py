@@ -157,12 +157,13 @@ def test_overlap_within_a_body_is_trimmed_and_noted(make_bodies):
     assert not make_bodies(two_boxes(0.05, apart=False)).notes
 
 
-def test_a_missing_extra_is_one_line(monkeypatch):
+def test_a_missing_extra_is_one_line(monkeypatch, tmp_path):
     import sys
 
     monkeypatch.setitem(sys.modules, "trimesh", None)
+    (tmp_path / "bed.stl").write_text("solid")
     with pytest.raises(SceneError, match=r"needs the package 'trimesh'.*pip install 'spindrift\[bodies\]'"):
-        _ = bodies.mesh_solid
+        bodies.mesh_solid(tmp_path / "bed.stl", 3)
 
 
 def test_unknown_joint_lists_the_known(make_bodies):

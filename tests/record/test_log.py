@@ -157,10 +157,11 @@ def test_what_is_no_run(tmp_path):
 
 
 def test_missing_package_is_named_with_its_install_command(scene, tmp_path, monkeypatch):
-    monkeypatch.delitem(sys.modules, "fsi.record.timeline", raising=False)
+    for name in [name for name in sys.modules if name.startswith(("fsi.record.timeline", "fsi.record.rrd"))]:
+        monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(SceneError) as caught:
-        open_recorders(load_scene(scene, ["output.timeline=true"]), tmp_path)
+        open_recorders(load_scene(scene, ["output.timeline=true", "output.mcap=false"]), tmp_path)
     assert str(caught.value) == (
         "output.timeline = true needs the package 'rerun', which is not installed; "
         "install it with: pip install 'spindrift[viewer]'"
