@@ -58,15 +58,23 @@ class Instruments(Remembers):
             fluid = self.fluid
             self.discharge.step(fluid.position, fluid.velocity, dt, fluid.reductions)
 
+    def elevations(self) -> dict[str, float]:
+        """Elevation [m] above still water at each gauge, nan where there is no water."""
+        level = self.scene.fluid.still_water_level
+        return {name: self._elevation(gauge) - level for name, gauge in self.scene.gauges.items()}
+
+    def pressures(self) -> dict[str, float]:
+        """Pressure [Pa] at each probe."""
+        return {name: self._pressure(name, probe) for name, probe in self.scene.probes.items()}
+
     def series(self, time: float, dt: float) -> dict:
         """Readings at `time` [s], after a step of dt [s]; 0 before the first one."""
         fluid, scene = self.fluid, self.scene
         out: dict = {}
         if scene.gauges:
-            level = scene.fluid.still_water_level
-            out["elevation"] = np.array([self._elevation(g) - level for g in scene.gauges.values()])
+            out["elevation"] = np.array(list(self.elevations().values()))
         if scene.probes:
-            out["pressure"] = np.array([self._pressure(name, probe) for name, probe in scene.probes.items()])
+            out["pressure"] = np.array(list(self.pressures().values()))
         if scene.velocimeters:
             out["velocity"] = np.array(
                 [self._velocity(place) for m in scene.velocimeters.values() for place in m.places]

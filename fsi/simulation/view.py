@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.errors import RunError, SceneError
-from fsi.fluid.gauges import Surface, pressure_at
 from fsi.owners import FIRST_BODY
 
 FORCES = ("xfrc_applied", "qfrc_applied")  # of MuJoCo's data, which the fluid's forces take
@@ -19,7 +18,6 @@ class View:
 
     def __init__(self, simulation):
         self.scene, self.simulation = simulation.scene, simulation
-        self._surface = Surface(simulation.fluid) if self.scene.gauges else None
         self._left: tuple[np.ndarray, np.ndarray] | None = None  # qpos and qvel as the last step left them
         self.refresh()
 
@@ -58,28 +56,12 @@ class View:
     @property
     def gauges(self) -> dict[str, float]:
         """Elevation of the free surface above still water at each gauge [m], nan where there is no water."""
-        level, plane = self.scene.fluid.still_water_level, self.scene.dimension == 2
-        places = {name: (g.x,) if plane else (g.x, g.y) for name, g in self.scene.gauges.items()}
-        return {name: self._surface(place) - level for name, place in places.items()}
+        return self.simulation.instruments.elevations()
 
     @property
     def probes(self) -> dict[str, float]:
-        """Pressure at each probe [Pa]."""
-        fluid, h, weight = (
-            self.simulation.fluid,
-            self.scene.reading_length,
-            self.scene.fluid.density * self.scene.gravity,
-        )
-        around = fluid.reductions.around
-        return {
-            name: pressure_at(
-                *around(probe.position, 2 * h, fluid.position, fluid.pressure_values),
-                np.array(probe.position),
-                h,
-                weight,
-            )
-            for name, probe in self.scene.probes.items()
-        }
+        """Pressure at each probe [Pa], also of one that rides on a body."""
+        return self.simulation.instruments.pressures()
 
     @property
     def load(self) -> np.ndarray:

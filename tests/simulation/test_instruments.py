@@ -13,6 +13,7 @@ from fsi.scene.check import check_scene
 from fsi.scene.instruments import Area, RunUp, Velocimeter
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
+from fsi.simulation.view import View
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fluid"))
 from tanks import still_tank
@@ -211,6 +212,9 @@ def test_a_probe_that_rides_reads_what_a_fixed_one_does_and_moves_with_its_body(
     mujoco.mj_forward(sim.bodies.model, data)
     place = sim.instruments._riders["site"].place()
     np.testing.assert_allclose(place, [0.6 - 0.12 * np.sin(0.5), -0.12 * np.cos(0.5)], atol=1e-12)
+    seen = View(sim).probes  # by a controller and by the user of `fsi.open`
+    np.testing.assert_array_equal(list(seen.values()), sim.instruments.series(0.0, 0.0)["pressure"])
+    assert seen["site"] == seen["rides"] != seen["fixed"]
 
 
 def test_a_probe_that_rides_on_nothing_is_refused(tmp_path):

@@ -3,7 +3,9 @@
 Without viscosity the flow is irrotational and the work per cycle zero, whatever the amplitude. The force of the last period
 of two and a half is split by least squares (`forced_heave.harmonic`) into a part against the acceleration, omega^2 Ma times
 the displacement, and one against the speed: `resistance` is the latter over omega Ma and the speed's amplitude. The tank is
-ten radii wide and high (six for the sphere), full, under gravity, which sets the numerical speed of sound.
+ten radii wide and high (six for the sphere), full, under gravity, which sets the numerical speed of sound. The standing
+pressure acts apart (`fsi.fluid.standing`), as it should be asked for where bodies radiate; `scene(..., standing_pressure =
+"paired")` has the default.
 """
 
 from __future__ import annotations
@@ -73,7 +75,7 @@ def scene(shape: str, amplitude: float = AMPLITUDE, omega: float = OMEGA, **nume
             "fluid": {"still_water_level": half},
             "bodies": models.write(folder, [text]),
             "coupler": {"scheme": "prescribed", "motion": {shape: motion}},
-            "numerics": {"viscosity": "none"} | numerics,
+            "numerics": {"viscosity": "none", "artificial_viscosity": 0.0, "standing_pressure": "apart"} | numerics,
         }
 
     return build
