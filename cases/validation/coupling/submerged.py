@@ -53,9 +53,9 @@ class Resistance(Measure):
 
 
 REASONS = (
-    "The particles around the body resist a change of their arrangement as a solid does, in proportion to the pressure that"
-    " all of them stand under, and give way after a while. A cylinder of 5 spacings to the radius, without artificial"
-    " viscosity: 0.06 without gravity and at a quarter of it, 0.17 with it; the more, the smaller and slower the motion is."
+    "What is left falls with the spacing: 4.7 and 2.3 % for the cylinder of 5 and 10 spacings to the radius. Edges shed what a round"
+    " body does not, and a plate of one or two spacings does most. Summed over pairs, the default, the standing pressure makes the"
+    " particles resist a change of their arrangement as a solid does: 16 and 15 % for the same cylinder."
 )
 
 
