@@ -54,6 +54,12 @@ def test_a_box_floats_as_archimedes_has_it(scene, dimension):
     assert afloat(made, bodies.hydrostatics()) == []
 
 
+@pytest.mark.parametrize("z", [0.0, 1e-3, 0.01, -0.04])
+def test_the_waterplane_is_found_wherever_the_level_cuts_the_cells(scene, z):
+    drawn, draft = load(scene(z=z)).hydrostatics()["box"]["drawn"], 0.1 - z
+    assert drawn["metacentric_height"] == pytest.approx(0.4**2 / 12 / draft + draft / 2 - 0.1, abs=0.002)
+
+
 def test_an_unstable_pose_is_left(scene):
     """A heavy mast: upright the box is at rest and unstable, so that it turns over."""
     mast = '<geom name="mast" type="sphere" size="0.02" pos="0 0 0.3" mass="6"/>'
