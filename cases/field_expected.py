@@ -183,8 +183,8 @@ EXPECTED: Mapping[str, Expected] = {
         figures=(
             kept(),
             probe("floor", 2845.0),
-            Figure(
-                "7 mm at the wall", lambda d: 0.5 * float(np.ptp(d.elevation.sel(gauge="right").values)), 0.0045, 0.0095
+            Figure(  # linear sloshing of the first four modes under this motion, ramp included: 11.8 mm
+                "wave at the wall", lambda d: 0.5 * float(np.ptp(d.elevation.sel(gauge="right").values)), 0.0107, 0.013
             ),
         ),
     ),

@@ -165,7 +165,9 @@ def go(scene: Scene, folder: Path, threads: int = 1) -> int:
     if any(folder.glob("checkpoints/*.checkpoint")) and (folder / "run.json").exists():
         return resume(folder, threads=threads, quiet=True).exit_code
     if (folder / "run.json").exists():
-        for file in sorted(folder.iterdir(), key=lambda file: file.name == "run.json"):  # last, or a kill here leaves no run
+        for file in sorted(
+            folder.iterdir(), key=lambda file: file.name == "run.json"
+        ):  # last, or a kill here leaves no run
             if file.is_file():
                 file.unlink()
     return run(scene, out=folder, threads=threads, quiet=True).exit_code
