@@ -7,7 +7,7 @@ gives the difference of the two velocities,
     G' = G + c x_ij^T,  c = (u_ij - G x_ij) / r^2,    s^2 = 2 S' : S' = 2 S : S + 4 c . S x_ij + c^2 r^2 + (c . x_ij)^2,
 
 of which a rotating solid has none and a linear flow its own. Where two liquids meet, the harmonic mean stays. The viscosity of
-a particle at a wall is the law at the mean of s over its pairs with the wall, weighed by a r, by which they add to the stress.
+a particle at a wall is the law at the mean of s over its pairs with the wall, weighed by a r^2, their share of the Laplacian.
 All is symmetric in i and j: the forces of a pair cancel.
 """
 
@@ -87,7 +87,7 @@ def make_pair_laws(lanes: int, dim: int, no_slip: bool):
         (total, weight), (_, x_i, u_i, g_x, g_y, g_z) = sums, mine
         x_ij, u_ij = x_i - other_vector(flow, j, X, L, DIM), u_i - other_vector(flow, j, U, L, DIM)
         r2 = dot(x_ij, x_ij)
-        w = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2) * sqrt(r2)
+        w = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2) * r2
         return total + w * rate_of(x_ij, r2, u_ij, g_x, g_y, g_z), weight + w
 
     def finish(i, sums, flow, known, laws):
