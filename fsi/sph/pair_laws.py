@@ -7,8 +7,8 @@ gives the difference of the two velocities,
     G' = G + c x_ij^T,  c = (u_ij - G x_ij) / r^2,    s^2 = 2 S' : S' = 2 S : S + 4 c . S x_ij + c^2 r^2 + (c . x_ij)^2,
 
 of which a rotating solid has none and a linear flow its own. Where two liquids meet, the harmonic mean stays. The viscosity of
-a particle at a wall is the law at the mean of s over its pairs with the wall, weighed by a r^2, their share of the Laplacian.
-All is symmetric in i and j: the forces of a pair cancel.
+a particle at a wall is the law at the mean of s over its pairs with the wall, weighed by their shares a r^2 of the Laplacian's
+second moment. All is symmetric in i and j: the forces of a pair cancel.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fsi.sph import columns
 from fsi.sph.terms import closeness, laplacian_weight, mean_viscosity, slope
 from fsi.sph.viscosity import TINY, apparent_viscosity
 
-SOME = 1e-20  # shear rate times this is less than that of any pair in reach: r^2 [m2] of a particle and itself
+SOME = 1e-20  # [m2], far below r^2 of any two particles
 FAR = 1e30  # weight a of a pair in reach times this exceeds any shear rate [1/s]
 
 

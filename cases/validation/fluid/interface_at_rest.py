@@ -1,9 +1,9 @@
 """Water over sand with a yield stress stays where it is, on a flat bed of sand and on one that slopes by less than it yields.
 
 The sand is that of `slope_at_rest`, 1950 kg/m3, 1000 Pa, mu_0 = 3e4 Pa s; flat, 0.125 m deep, or sloping by 3 degrees. Exact:
-nothing moves. The paper level runs a minute, the coarser ones a part of it. `creep`: the way of the sand's fastest tenth in a minute,
-from the second half of the run, over ten spacings, so that 0.1 is a spacing; `energy_rise`: the largest rise of kinetic and
-potential energy over what it has been before, as a share of the energy at hand (`Balance.energy_scale`).
+nothing moves. The paper level runs a minute, the coarser ones a part of it. `creep`: the way of the sand's fastest tenth in a
+minute, from the second half of the run, over ten spacings, so that 0.1 is a spacing; `energy_rise`: the largest rise of kinetic
+and potential energy over what it has been before, as a share of the energy at hand (`Balance.energy_scale`).
 """
 
 from __future__ import annotations
