@@ -128,8 +128,8 @@ CASES = {
         "Exact: Bagnold's profile; shares of the speed at the surface.",
         {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80},
         incline, Bagnold, {"velocity_l2": 0.02, "speed": 0.02},
-        "At this slope 1 % of stress is 10 % of velocity. At 20 spacings the grains flow 13 to 18 % too fast above the plane, as"
-        " they would with 2 % less stress, and more at the surface; the same sums over particles that stay on a lattice miss the"
-        " profile by 0.4 %. A smoother shear rate of the pairs changes nothing; what it is was not found.",
+        "At this slope 1 % of stress is 10 % of velocity. At 20 spacings the grains flow 13 to 18 % too fast above the plane,"
+        " as they would with 2 % less stress, and more at the surface; the same sums over particles that stay on a lattice"
+        " miss the profile by 0.4 %. A smoother shear rate of the pairs changes nothing; what it is was not found.",
     ),
 }  # fmt: skip
