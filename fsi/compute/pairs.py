@@ -31,8 +31,8 @@ from fsi.compute.lanes import at, claim
 
 FLUID, WALLS, ALL = (0, 1), (1, 2), (0, 2)  # parts of a list, as columns of the span of its group
 # Besides its arguments, a kernel's functions may ask for: the number of the chunk and the part of the list
-# `neighbours` that holds walls.
-PLACE = ("chunk", "walls_from", "walls_to", "neighbours")
+# `neighbours` that holds walls; a `pair` also for its place n there.
+PLACE = ("chunk", "walls_from", "walls_to", "neighbours", "n")
 
 
 class Sum(NamedTuple):

@@ -143,8 +143,14 @@ class Rheology(Remembers):
         self.rate = np.empty(0, dtype)
         self.sweeps = 1
         dense = len({liquid.density for liquid in scene.all_liquids}) > 1
-        self._shear = viscosity.make_shear(lanes, dim, self.no_slip, self.dynamic is not None) if self.shears else None
-        self._viscosity = viscosity.make_viscosity(lanes, dim, self.no_slip, dense, implicit)
+        self.pairs = None
+        if any(liquid.rheology for liquid in scene.all_liquids) and self.shears and not self.dynamic:
+            from fsi.fluid.pair_laws import PairLaws
+
+            self.pairs = PairLaws(dim, self.no_slip, lanes, dtype, team)
+        keep = "gradient" if self.pairs else "strain" if self.dynamic else ""
+        self._shear = viscosity.make_shear(lanes, dim, self.no_slip, keep) if self.shears else None
+        self._viscosity = viscosity.make_viscosity(lanes, dim, self.no_slip, dense, implicit, self.pairs is not None)
         self._mirror = viscosity.make_mirror(lanes, dim) if implicit and self.no_slip else None
         self._push = viscosity.make_push(lanes, dim, dense) if implicit else None
         self.drag, self._grip = walls.make_drag(lanes, dim, varies=True), viscosity.make_grip(lanes, dim)
@@ -157,10 +163,13 @@ class Rheology(Remembers):
         if self.shears:
             self.rate = np.empty(n, self.dtype)
             confined = self._confinement(flow[:n], kind)
-            strains = self.dynamic.reserve(len(flow)) if self.dynamic else self._nothing
-            self.team.run(self._shear, near.bounds, near.groups, flow, kind, confined, self.laws, self.rate, strains, k)
+            special = self.dynamic or self.pairs
+            kept = special.reserve(len(flow)) if special else self._nothing
+            self.team.run(self._shear, near.bounds, near.groups, flow, kind, confined, self.laws, self.rate, kept, k)
             if self.dynamic:
                 self.dynamic.add(near, flow, kind, k, halo)
+            if self.pairs:
+                self.pairs.weigh(near, flow, self.laws, k, halo)
         else:
             flow[:n, MU] = self.laws[kind, 1]
         halo.refresh(flow, slice(MU, MU + 1))
@@ -180,7 +189,8 @@ class Rheology(Remembers):
     def resist(self, near, flow, trial, velocity, k, dt) -> None:
         """Explicit: velocity (n, dim) and the trial velocities gain dt A(u), u the velocities in `flow`."""
         self.team.run(
-            self._viscosity, near.bounds, near.groups, flow, trial, velocity, self._nothing, self._nothing, k,
+            self._viscosity, near.bounds, near.groups, flow, trial, velocity, self._nothing, self._nothing,
+            self._weights, k,
             self.dtype(dt), self.dtype(1), self.dtype(0),
         )  # fmt: skip
 
@@ -207,7 +217,7 @@ class Rheology(Remembers):
         for alpha, beta in chebyshev(self.sweeps, span).weights:
             self._reflect(boundary_near, now, n, walls, k)
             self.team.run(
-                self._viscosity, near.bounds, near.groups, now, new, velocity, change, before, k, self.dtype(dt),
+                self._viscosity, near.bounds, near.groups, now, new, velocity, change, before, self._weights, k, self.dtype(dt),
                 self.dtype(alpha * HIGHEST / span), self.dtype(beta),
             )  # fmt: skip
             halo.refresh(new, U)
@@ -216,6 +226,10 @@ class Rheology(Remembers):
         velocity += change - dt * push
         self._twin = new
         return now
+
+    @property
+    def _weights(self) -> np.ndarray:
+        return self.pairs.weights if self.pairs else np.empty(0, self.dtype)
 
     def grip(self, boundary_near, flow, first: int, b: int, k) -> np.ndarray:
         """Growth (b,) [N s/m] of the viscous force on each boundary particle with its velocity."""
@@ -229,7 +243,8 @@ class Rheology(Remembers):
 
     def fields(self, flow, n: int) -> dict[str, np.ndarray]:
         """Fields of the fluid particles for the recorders: `viscosity` [Pa s], `eddy_viscosity` [m2/s] (n,)."""
-        fields = {"viscosity": flow[:n, 2 * self.scene.dimension]}
+        own = self.pairs and len(self.pairs.known) >= n
+        fields = {"viscosity": self.pairs.viscosity(n) if own else flow[:n, 2 * self.scene.dimension]}
         if self.eddy:
             fields["eddy_viscosity"] = self.eddy * self.rate
         if self.dynamic:
@@ -245,4 +260,4 @@ class Rheology(Remembers):
 
     @property
     def nbytes(self) -> int:
-        return self._twin.nbytes + self.rate.nbytes + (self.dynamic.nbytes if self.dynamic else 0)
+        return self._twin.nbytes + self.rate.nbytes + sum(part.nbytes for part in (self.dynamic, self.pairs) if part)

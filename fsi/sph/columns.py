@@ -83,6 +83,13 @@ def shepard(dim: int) -> Columns:
 
 
 @cache
+def pair_law(dim: int) -> Columns:
+    """Of a fluid particle, for the viscosity of its pairs: the velocity gradient row by row, the viscosity [Pa s] at its own
+    shear rate, the confining pressure [Pa] and the number of its liquid."""
+    return Columns(first=dim, second=dim * (dim == 3), last=dim, mu=1, confined=1, kind=1)
+
+
+@cache
 def corrector_sums(dim: int) -> Columns:
     """Of a step: the largest speed^2 and acceleration^2, then sums of the kinetic energy, r height, volume / dr^dim and guarded
     particles, the momentum, and the momentum and energy lost in the sponge."""

@@ -2,8 +2,8 @@
 
 Rows are those of `fsi.sph.columns`, with the viscosity [Pa s] in `flow`; how a sweep is made of its functions is told in
 `fsi.compute.pairs`. A pair's viscosity is the harmonic mean of the two, so that the shear stress is continuous between
-liquids; at a wall it is the fluid's. Where scenes hold one Newtonian liquid the predictor does all this
-(`fsi.sph.predictor`).
+liquids; at a wall it is the fluid's. Pairs of a liquid with a law have that of their own shear rate (`fsi.sph.pair_laws`).
+Where scenes hold one Newtonian liquid the predictor does all this (`fsi.sph.predictor`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cache
 
 from fsi.compute.jit import helper
 from fsi.compute.lane_sums import small_matrix
-from fsi.compute.lanes import component, dot, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.lanes import component, dot, load, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.laws import CROSS, HERSCHEL_BULKLEY
@@ -36,9 +36,9 @@ WELL_SPREAD = (
 
 
 @helper()
-def shear_rate(G, M, S):
-    """sqrt(2 S : S), and the strain rate S, of the velocity gradient G M^-1, G[a, b] = sum V F u_ij,a x_ij,b, M the same of
-    x_ij (Randles & Libersky 1996); of G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
+def corrected(G, M, gradient):
+    """The velocity gradient G M^-1 into `gradient`, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles & Libersky
+    1996); G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
     dim = G.shape[0]
     inverse = small_matrix(3, 3)
     if dim == 2:
@@ -54,18 +54,21 @@ def shear_rate(G, M, S):
     even = 0.0
     for a in range(dim):
         even += M[a, a] / dim
-    if det > WELL_SPREAD * even**dim:
-        gradient = small_matrix(3, 3)
-        for a in range(dim):
-            for b in range(dim):
-                gradient[a, b] = 0.0
-                for c in range(dim):
-                    gradient[a, b] += G[a, c] * inverse[c, b] / det
-    else:
-        gradient = G
-    total = 0.0
+    spread = det > WELL_SPREAD * even**dim
     for a in range(dim):
         for b in range(dim):
+            gradient[a, b] = 0.0 if spread else G[a, b]
+            if spread:
+                for c in range(dim):
+                    gradient[a, b] += G[a, c] * inverse[c, b] / det
+
+
+@helper()
+def shear_rate(gradient, S):
+    """sqrt(2 S : S), and the strain rate S of a velocity gradient."""
+    total = 0.0
+    for a in range(gradient.shape[0]):
+        for b in range(gradient.shape[0]):
             S[a, b] = 0.5 * (gradient[a, b] + gradient[b, a])
             total += 2.0 * S[a, b] * S[a, b]
     return math.sqrt(total)
@@ -88,15 +91,17 @@ def apparent_viscosity(rate, pressure, law):
 
 
 @cache
-def make_shear(lanes: int, dim: int, no_slip: bool, tensor: bool = False):
+def make_shear(lanes: int, dim: int, no_slip: bool, keep: str = ""):
     """Shear rate [1/s] of the fluid particles into `rate` (n,), and with it their viscosity into `flow`. It is exact where
     the velocity is linear in space, also at the surface and at free-slip walls; no-slip walls take part with their
     mirrored velocities, which halves the error of the curved profile at a wall. `kind` (n,): the
     liquid of each; `confined` (n,): confining pressure [Pa], empty where no law has one; `laws` (m, 8): the factor
-    rho (C_s dr)^2 of the eddies and a law as in `apparent_viscosity`. `tensor`: with the strain rates, into `strains`."""
+    rho (C_s dr)^2 of the eddies and a law as in `apparent_viscosity`. `keep`: "strain", with the strain rates of
+    `fsi.sph.eddies`, "gradient", with what `fsi.sph.pair_laws` needs of each particle, into `kept`."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, MU = columns.flow(dim).of("x u mu")
     RATE = DIM * DIM  # after the rows of the tensor, as in `fsi.sph.eddies.strain`
+    OWN, CONFINED, KIND = columns.pair_law(dim).of("mu confined kind")
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
@@ -115,26 +120,35 @@ def make_shear(lanes: int, dim: int, no_slip: bool, tensor: bool = False):
             gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
         return gx, gy, gz + fx * component(u_ij, Z), mx, my, mz + fx * component(x_ij, Z)
 
-    def finish(i, sums, flow, kind, confined, laws, rate, strains, k):
+    def finish(i, sums, flow, kind, confined, laws, rate, kept, k):
         gx, gy, gz, mx, my, mz = sums
-        G, M, S = small_matrix(DIM, DIM), small_matrix(DIM, DIM), small_matrix(DIM, DIM)
+        G, M, gradient, S = (
+            small_matrix(DIM, DIM),
+            small_matrix(DIM, DIM),
+            small_matrix(DIM, DIM),
+            small_matrix(DIM, DIM),
+        )
         for b in range(DIM):
             G[0, b], G[Z, b] = k.divergence_factor * gx[b], k.divergence_factor * gz[b]
             M[0, b], M[Z, b] = k.divergence_factor * mx[b], k.divergence_factor * mz[b]
             if DIM == 3:
                 G[1, b], M[1, b] = k.divergence_factor * gy[b], k.divergence_factor * my[b]
-        rate[i] = shear_rate(G, M, S)
-        if tensor:
-            strains[i, RATE] = rate[i]
-            for a in range(DIM):
-                for b in range(DIM):
-                    strains[i, a * DIM + b] = S[a, b]
+        corrected(G, M, gradient)
+        rate[i] = shear_rate(gradient, S)
         q = kind[i]
         pressure = confined[i] if confined.size else 0.0
         flow[i, MU] = apparent_viscosity(rate[i], pressure, laws[q]) + laws[q, 0] * rate[i]
+        if keep:
+            for a in range(DIM):
+                for b in range(DIM):
+                    kept[i, a * DIM + b] = S[a, b] if keep == "strain" else gradient[a, b]
+            if keep == "strain":
+                kept[i, RATE] = rate[i]
+            else:
+                kept[i, OWN], kept[i, CONFINED], kept[i, KIND] = flow[i, MU], pressure, q
 
     return over_pairs(
-        "shear", (lanes, dim, no_slip, tensor), takes="flow kind confined laws rate strains k",
+        "shear", (lanes, dim, no_slip, keep), takes="flow kind confined laws rate kept k",
         sum=Sum(hold, empty, ((ALL if no_slip else FLUID, pair),), finish),
     )  # fmt: skip
 
@@ -171,10 +185,11 @@ def make_mirror(lanes: int, dim: int):
 
 
 @cache
-def make_viscosity(lanes: int, dim: int, no_slip: bool, dense: bool, implicit: bool):
+def make_viscosity(lanes: int, dim: int, no_slip: bool, dense: bool, implicit: bool, paired: bool = False):
     """Viscous acceleration A(u) of the velocities in `flow`. Explicit: `velocity` (n, DIM) and the trial velocity in
     `trial` gain dt A. Implicit: one Chebyshev sweep of change = dt A(velocity + change), from the velocities of `flow`
-    into those of `trial`, which has the same columns; `change` and `before` (n, DIM) are those of the last two sweeps."""
+    into those of `trial`, which has the same columns; `change` and `before` (n, DIM) are those of the last two sweeps.
+    `paired`: the weights of the fluid's pairs are those that `fsi.sph.pair_laws` left in `weights`."""
     L, DIM = lanes, dim
     X, U, MU, R = columns.flow(dim).of("x u mu r")
     (U_NEW,) = (columns.flow if implicit else columns.trial)(dim).of("u")
@@ -192,6 +207,10 @@ def make_viscosity(lanes: int, dim: int, no_slip: bool, dense: bool, implicit: b
         a = laplacian_weight(slope(closeness(r2, k.inverse_support)), r2, k.eta2)
         mu = mean_viscosity(mu_i, other(flow, j, MU, L))
         return (stress + viscous(a * mu, u_i - other_vector(flow, j, U, L, DIM)),)
+
+    def weighted_pair(sums, mine, j, n, flow, weights):
+        (stress,), (_, u_i, _) = sums, mine
+        return (stress + viscous(load(weights, n * L, L), u_i - other_vector(flow, j, U, L, DIM)),)
 
     def wall_pair(sums, mine, j, flow, k):
         (stress,), (x_i, u_i, mu_i) = sums, mine
@@ -215,10 +234,11 @@ def make_viscosity(lanes: int, dim: int, no_slip: bool, dense: bool, implicit: b
                 velocity[i, d] += gain
                 trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = ((FLUID, fluid_pair), (WALLS, wall_pair)) if no_slip else ((FLUID, fluid_pair),)
+    inner = FLUID, weighted_pair if paired else fluid_pair
     return over_pairs(
-        "resist", (lanes, dim, no_slip, dense, implicit), takes="flow trial velocity change before k dt alpha beta",
-        sum=Sum(hold, empty, passes, finish),
+        "resist", (lanes, dim, no_slip, dense, implicit, paired),
+        takes="flow trial velocity change before weights k dt alpha beta",
+        sum=Sum(hold, empty, (inner, (WALLS, wall_pair)) if no_slip else (inner,), finish),
     )  # fmt: skip
 
 

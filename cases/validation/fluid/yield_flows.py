@@ -8,6 +8,9 @@ Grains of the mu(I) law down a plane inclined by an angle theta (Bagnold's profi
 tan(theta) fixes I over the whole depth D, and u = 2/3 I sqrt(phi g cos(theta)) / d (D^(3/2) - (D - z)^(3/2)), phi the ratio
 of the layer's density to the grains'. In the run gravity is normal to the plane, g cos(theta), and a force g sin(theta) acts
 along it.
+
+Both start from rest and take their time: the same sums over a lattice of 80 rows that no particle leaves are 16 % slow after
+1 s and 0.1 % off after 4 s between the plates; down the plane they are 17 % slow after 4 s and 3 % after 8 s.
 """
 
 from __future__ import annotations
@@ -79,7 +82,7 @@ def channel(spacing: float, folder) -> dict:
         "mu_0": 2e4,
     }
     return {
-        "duration": 1.0,
+        "duration": 4.0,
         "gravity": 0.0,
         "tank": {"min": [0.0, 0.0], "max": [GAP, GAP], "walls": ["z-", "z+"], "periodic": ["x"]},
         "fluid": {
@@ -96,7 +99,7 @@ def channel(spacing: float, folder) -> dict:
 def incline(spacing: float, folder) -> dict:
     law = {"law": "granular", **GRAINS, "inertial_number": NUMBER, "grain_density": GRAIN_DENSITY, "mu_0": 3e3}
     return {
-        "duration": 3.0,
+        "duration": 16.0,
         "gravity": 9.81 * math.cos(SLOPE),
         "tank": {"min": [0.0, 0.0], "max": [DEPTH, 1.5 * DEPTH], "walls": ["z-"], "periodic": ["x"]},
         "fluid": {
@@ -116,6 +119,8 @@ CASES = {
         "Exact: power-law profile beside a plug; shares of the plug's speed.",
         {"coarse": GAP / 20, "medium": GAP / 40, "paper": GAP / 80},
         channel, Profile, {"velocity_l2": 0.02, "speed": 0.02},
+        "The plug is 1.2 % slow at 20 and at 40 spacings; the rest is in the first rows at the walls, where the shear rate"
+        " falls with the square of the distance from the plug.",
     ),
     "granular_incline": Case(
         "granular_incline",
@@ -123,5 +128,8 @@ CASES = {
         "Exact: Bagnold's profile; shares of the speed at the surface.",
         {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80},
         incline, Bagnold, {"velocity_l2": 0.02, "speed": 0.02},
+        "At this slope 1 % of stress is 10 % of velocity. At 20 spacings the grains flow 13 to 18 % too fast above the plane,"
+        " as they would with 2 % less stress, and more at the surface; the same sums over particles that stay on a lattice"
+        " miss the profile by 0.4 %. A smoother shear rate of the pairs changes nothing; what it is was not found.",
     ),
 }  # fmt: skip
