@@ -139,12 +139,13 @@ class LogWriter:
         if self._tail is None:
             self._tail = tail_of(self.path).open("wb", buffering=0)
         while self._shown < len(self._open):  # in small pieces: of a disk that is nearly full they take what is left
-            records, first = b"", self._shown
-            while self._shown < len(self._open) and len(records) < ENTRY_BYTES:
-                records += self._record(*self._open[self._shown])
-                self._shown += 1
+            records, first, end = b"", self._shown, self._shown
+            while end < len(self._open) and len(records) < ENTRY_BYTES:
+                records += self._record(*self._open[end])
+                end += 1
             head = ENTRY.pack(len(records), zlib.crc32(records), self.count - len(self._open) + first)
             write_all(self._tail, head + records)
+            self._shown = end  # not before: what was not written comes first the next time
 
     def _record(self, topic: str, step: int, stamp: int, data: bytes) -> bytes:
         return (

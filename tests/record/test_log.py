@@ -1,5 +1,7 @@
 """The log of record: everything that goes in comes back, also after a kill; the dataset states its units."""
 
+import contextlib
+import errno
 import json
 import sys
 from pathlib import Path
@@ -12,11 +14,14 @@ from stand_in import event, frame
 
 from fsi import load_run
 from fsi.errors import RunError, SceneError
+from fsi.record import mcap_writer
 from fsi.record.background import Background, open_recorders
 from fsi.record.clock import ClockRecorder
 from fsi.record.export import export
 from fsi.record.mcap import POSES, McapRecorder
+from fsi.record.mcap_file import messages, read_file
 from fsi.record.mcap_reader import read_log
+from fsi.record.mcap_writer import LogWriter
 from fsi.record.run_folder import RunFolder
 from fsi.record.series import SERIES
 from fsi.scene.file import load_scene
@@ -216,3 +221,32 @@ def test_stock_reader_reads_every_channel_with_its_schema(scene, flap, tmp_path)
     [log] = kinds.pop(("/events", "foxglove.Log"))
     assert (log.message, log.level, log.timestamp.ToNanoseconds()) == ("slam", 3, 70_000_000)
     assert kinds == {}
+
+
+@pytest.mark.parametrize("room", [0, 3000, 6000])
+def test_what_a_full_disk_refuses_leaves_no_hole_in_the_tail(tmp_path, monkeypatch, room):
+    """The disk is full when messages are shown, and has room again when the log is closed: nothing is skipped in between."""
+    real, left = mcap_writer.write_all, [10_000]
+
+    def write_all(file, data):
+        if len(data) > left[0]:
+            raise OSError(errno.ENOSPC, "no space")
+        real(file, data)
+
+    monkeypatch.setattr(mcap_writer, "write_all", write_all)
+    log = LogWriter(tmp_path / "run.mcap", {})
+    log.open("/events", {})
+    for step in range(90):
+        log.add("/events", bytes(range(100)), step, step)
+        if step in (30, 60):
+            left[0] = 10_000 if step == 30 else room
+            with contextlib.suppress(OSError):
+                log.show()
+    left[0] = 3000
+    log._broken = True  # as after a chunk that the disk had no room for
+    with contextlib.suppress(OSError):
+        log._show_rest()
+    log.finish()
+    file = read_file(tmp_path / "run.mcap")
+    steps = [sequence for _, _, sequence, *_ in messages(file)]
+    assert steps == list(range(len(steps))) and len(steps) >= 31 and not file.gaps
