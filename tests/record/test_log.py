@@ -242,7 +242,7 @@ def test_what_a_full_disk_refuses_leaves_no_hole_in_the_tail(tmp_path, monkeypat
             left[0] = 10_000 if step == 30 else room
             with contextlib.suppress(OSError):
                 log.show()
-    left[0] = 3000
+    left[0] = 5000
     log._broken = True  # as after a chunk that the disk had no room for
     with contextlib.suppress(OSError):
         log._show_rest()

@@ -53,9 +53,9 @@ class Resistance(Measure):
 
 
 REASONS = (
-    "What is left falls with the spacing: 4.7 and 2.3 % for the cylinder of 5 and 10 spacings to the radius. Edges shed what a round"
-    " body does not, and a plate of one or two spacings does most. Summed over pairs, the default, the standing pressure makes the"
-    " particles resist a change of their arrangement as a solid does: 16 and 15 % for the same cylinder."
+    "What is left falls with the spacing: 4.7 and 2.3 % for the cylinder of 5 and 10 spacings to the radius. Edges shed what"
+    " a round body does not, and a plate of one or two spacings does most. Summed over pairs, the default, the standing"
+    " pressure makes the particles resist a change of their arrangement as a solid does: 16 and 15 % for the same cylinder."
 )
 
 
