@@ -13,7 +13,7 @@ import numpy as np
 from fsi.compute.team import available_threads
 from fsi.fluid.chebyshev import sweeps_to
 from fsi.fluid.gauges import dry_gauges
-from fsi.fluid.rheology import decay_rate, varies, viscous_sweeps
+from fsi.fluid.rheology import by_pairs, decay_rate, varies, viscous_sweeps
 from fsi.fluid.timestep import TimeStep
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Solid
@@ -27,6 +27,7 @@ from fsi.scene.model import Scene
 STEP, SWEEP = {2: 200.0, 3: 570.0}, {2: 29.0, 3: 81.0}
 VARIED, VISCOUS_SWEEP = {2: 120.0, 3: 230.0}, {2: 43.0, 3: 108.0}
 BYTES = {2: 215, 3: 330}
+PAIRS = {2: 800, 3: 2500}  # bytes per particle of the viscosity of pairs (`fsi.fluid.pair_laws`), in either precision
 ITERATIONS = 20  # of implicit ISPH in a step, at its default tolerance and step
 DENSITIES = 1.15  # time of sweeps between liquids of unequal density
 DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps over single
@@ -52,6 +53,7 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
     work *= (numerics.smoothing_ratio / 1.5) ** (dim - 1)  # more neighbours, but fuller lanes
     work *= (BODIES if bodies else 1.0) * (DOUBLE if numerics.precision == "double" else 1.0)
     size = BYTES[dim] * (DOUBLE_BYTES if numerics.precision == "double" else 1.0)
+    size += PAIRS[dim] if by_pairs(scene) else 0
     return {
         "fluid": fluid,
         "wall": walls,

@@ -62,6 +62,12 @@ def varies(scene: Scene) -> bool:
     return viscid(scene) and (shears(scene) or len(scene.all_liquids) > 1)
 
 
+def by_pairs(scene: Scene) -> bool:
+    """True where pairs of particles have the viscosity of their own shear rate: a liquid has a law, and the eddies, if any, a
+    coefficient of the scene's."""
+    return shears(scene) and scene.numerics.turbulence != "dynamic" and any(q.rheology for q in scene.all_liquids)
+
+
 def largest(scene: Scene) -> float:
     """Largest kinematic viscosity [m2/s] that a pair of particles can show; eddies, which never limit the step, aside."""
     if not viscid(scene):
@@ -144,7 +150,7 @@ class Rheology(Remembers):
         self.sweeps = 1
         dense = len({liquid.density for liquid in scene.all_liquids}) > 1
         self.pairs = None
-        if any(liquid.rheology for liquid in scene.all_liquids) and self.shears and not self.dynamic:
+        if by_pairs(scene):
             from fsi.fluid.pair_laws import PairLaws
 
             self.pairs = PairLaws(dim, self.no_slip, lanes, dtype, team)

@@ -85,8 +85,7 @@ class Instruments(Remembers):
             read = np.array([shore(self._own(), fluid.reductions) for shore in self._shores])
             out |= {"runup_distance": read[:, 0], "runup_height": read[:, 1]}
         if self._floods:
-            position = fluid.position[fluid.particles.own]  # without the ghosts of the first frame
-            read = np.array([flood(position, fluid.reductions) for flood in self._floods])
+            read = np.array([flood(self._own(), fluid.reductions) for flood in self._floods])
             out |= {"wet_area": read[:, 0], "inundation_depth": read[:, 1]}
         if self.discharge is not None:
             out |= self.discharge.read(time)
@@ -96,8 +95,7 @@ class Instruments(Remembers):
 
     def _own(self) -> np.ndarray:
         """Positions without the ghosts of the first frame in a periodic tank."""
-        fluid = self.fluid
-        return fluid.position if fluid.reductions.ordered else fluid.position[fluid.particles.own]
+        return self.fluid.position[self.fluid.particles.own]
 
     def _near(self, point, reach: float, *values) -> list[np.ndarray]:
         """Positions and values of at least all particles within reach of a point or a vertical; in a periodic tank each as its

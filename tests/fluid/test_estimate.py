@@ -11,6 +11,7 @@ TERMS = {
     "plain": {},
     "liquids": {"liquids": {"brine": {"density": 1200.0, "blocks": [{"min": (0, -1), "max": (1, -0.5)}]}}},
     "implicit": {"fluid": {"kinematic_viscosity": 0.1}, "numerics": {"viscous_step": "implicit"}},
+    "plastic": {"fluid": {"rheology": {"mu_inf": 0.01, "yield_stress": 3.0}}},
     "converged": {"numerics": {"solver": "converged"}},
     "double": {"numerics": {"precision": "double"}},
 }

@@ -73,9 +73,9 @@ def test_fluid_and_wall_exchange_opposite_impulses(dim):
 
 
 def test_away_from_walls_a_particle_shows_its_own_viscosity():
-    fluid, _ = predicted(2, boundary=True)
+    fluid, _ = predicted(2, boundary=True, count=20)
     shown, own = fluid.work.flow[: fluid.count, flow(2).mu], fluid.rheology.pairs.viscosity(fluid.count)
-    far = fluid.position[:, 0] < -3 * fluid.scene.smoothing_length
+    far = fluid.position[:, 0] < -2.5 * fluid.scene.smoothing_length
     near = fluid.position[:, 0] > -fluid.scene.smoothing_length
     assert far.any() and np.array_equal(shown[far], own[far])
     assert (shown[near] != own[near]).any()
