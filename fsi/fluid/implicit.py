@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from fsi.fluid.body_force import BodyForce
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.parts import Parts
 from fsi.fluid.response import LinearResponse
@@ -26,8 +27,9 @@ STABLE = 1.42  # a sweep's largest eigenvalue on a lattice times the relaxation:
 # Times that a fluid particle's pressure acts on a wall particle. With 1 (Ihmsen et al. 2014) the row at a wall needs twice
 # its pressure, with 2 the scheme gives particles energy: in still water a probe one row above the floor is wrong by 6 to 19,
 # 2 to 5 and 1 to 5 % of the deepest pressure with 1, 1.5 and 2, and particles move at 2, 2 and 7 % of sqrt(g depth).
-MIRROR = 1.5
+MIRROR = 2.0
 START = 0.5  # of the last step's pressure, that the sweeps start from
+RELAXATION = 0.1
 LEAST, MOST = 3, 1000  # iterations of a step
 SETTLED = 0.01  # of the tolerance, that the pressure at the start is solved to
 
@@ -43,7 +45,8 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
     )
     form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, mean_spacing(scene), h, dim).density
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
-    slope = form.factor * volume
+    slope, force = form.factor * volume, BodyForce(scene).uniform
+    relaxation = RELAXATION if numerics.density_relaxation is None else numerics.density_relaxation
     values = Scalars(
         inverse_support=0.5 / h,
         eta2=(0.1 * h) ** 2,
@@ -55,6 +58,11 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         friction_factor=0.5 * numerics.wall_friction * sound * h * slope,
         omega=min(OMEGA, STABLE / roughest(numerics.kernel, numerics.smoothing_ratio, dim)),
         mirror=MIRROR,
+        head_x=rho * force[0],
+        head_y=rho * force[1] if dim == 3 else 0.0,
+        head_z=rho * force[-1],
+        relaxation=relaxation,
+        gap=float(relaxation == 1.0),
         density=rho,
         mass=rho * dr**dim * stretch(scene) * (scene.tank.width if dim == 2 else 1.0),
         suction=1.0,
@@ -107,7 +115,7 @@ class ImplicitFluid(Fluid):
         for m, unit in enumerate(units):
             rows = self.solver.respond(self.k, self.dt, unit)
             pressures[m] = rows[:n, columns.field(self.dim).p]
-            changes[m] = self.solids.press(rows, rows, column=columns.field(self.dim).p, columns=1)[0]
+            changes[m] = self.solids.press_change(rows, columns.field(self.dim).p)
         return wrench, pressures, changes
 
 
@@ -163,9 +171,9 @@ class ImplicitPressure:
         rows[:n, self._pressure] = 0.0
         parts.boundary.stir(self._pushed, self._a.start, unit)
         self._run(implicit.make_change(*make), self._pushed, source, k, parts.dtype(dt * dt))
-        linear = implicit.make_relax(*make, linear=True)
+        push, linear = (kernel(*make, linear=True) for kernel in (implicit.make_push, implicit.make_relax))
         for _ in range(self._iterations):
-            self._run(self._push, rows, self._pushed, k)
+            self._run(push, rows, self._pushed, k)
             parts.halo.refresh(self._pushed, self._a)
             self._sweep(linear, rows, k, dt, source)
         return rows

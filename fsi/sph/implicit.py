@@ -24,6 +24,7 @@ from __future__ import annotations
 from functools import cache
 from typing import NamedTuple
 
+from fsi.compute.jit import helper
 from fsi.compute.lane_sums import plus
 from fsi.compute.lanes import component, dot, maximum, minimum, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import FLUID, WALLS, Sum, over_pairs
@@ -34,6 +35,7 @@ from fsi.sph.shapes import functions
 from fsi.sph.terms import artificial_viscosity, closeness, divergence, pressure_gradient
 from fsi.sph.walls import belongs
 
+LIMIT = 2.0  # times a particle's pressure that a wall particle's may be higher
 RAW = INNER  # the column of 1 - rho, whose part below zero alone stands in DEFICIT
 
 
@@ -50,6 +52,11 @@ class Scalars(NamedTuple):
     friction_factor: float  # sigma c h C V / 2, of walls
     omega: float  # relaxation of a sweep
     mirror: float  # times that the pressure of a fluid particle acts on a wall particle
+    head_x: float  # rho_0 times the body force, by which that pressure grows on the way to the wall particle
+    head_y: float
+    head_z: float
+    relaxation: float  # gamma: share of the error of the density that a step takes away
+    gap: float  # share of it where the density is too small: 0 or 1
     density: float
     mass: float
     suction: float  # not used
@@ -141,7 +148,9 @@ def make_source(lanes: int, dim: int, kernel: str):
         return (plus(outflow, divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)),)
 
     def finish(i, sums, trial, field, coefficients, k, dt, start):
-        coefficients[i, SOURCE] = coefficients[i, RAW] + dt * k.divergence_factor * sums[0]
+        excess = coefficients[i, DEFICIT]
+        lack = coefficients[i, RAW] - excess
+        coefficients[i, SOURCE] = k.relaxation * (excess + k.gap * lack) + dt * k.divergence_factor * sums[0]
         field[i, P] = start * trial[i, P]
 
     return over_pairs(
@@ -150,25 +159,50 @@ def make_source(lanes: int, dim: int, kernel: str):
     )  # fmt: skip
 
 
+@helper()
+def pair_pressure(p, rise, mirror):
+    """Sum of the pressure p of a fluid particle and that of a wall particle to which it `rise`s; between 1 and `LIMIT` + 2
+    times p, so that what has no pressure is pushed by no wall."""
+    return mirror * p + maximum(minimum(rise, LIMIT * p), 0.0 - p)
+
+
 @cache
-def make_push(lanes: int, dim: int, kernel: str):
-    """The accelerations by the pressures in `field`, into `pushed`, rows of x and a."""
+def make_pressing(dim: int, linear: bool):
+    """`pressing(p, x_ij, k)`: `pair_pressure` of fluid particle i, x_ij from wall particle j; `linear`: its change with p."""
+    DIM, Z = dim, dim - 1
+
+    @helper(dim, linear, inline=True)
+    def pressing(p, x_ij, k):
+        if linear:
+            return k.mirror * p
+        rise = component(x_ij, 0) * k.head_x + component(x_ij, Z) * k.head_z
+        if DIM == 3:
+            rise = rise + component(x_ij, 1) * k.head_y
+        return pair_pressure(p, 0.0 - rise, k.mirror)
+
+    return pressing
+
+
+@cache
+def make_push(lanes: int, dim: int, kernel: str, linear: bool = False):
+    """The accelerations by the pressures in `field`, into `pushed`, rows of x and a; `linear`: by changes of the pressure."""
     DIM, A = dim, columns.flow(dim).u
-    hold, empty, pair, wall_pair = _gradient(lanes, dim, kernel)
+    hold, empty, pair, wall_pair = _gradient(lanes, dim, kernel, linear)
 
     def finish(i, sums, pushed, k):
         for d in range(DIM):
             pushed[i, A + d] = k.gradient_factor * sums[0][d]
 
     return over_pairs(
-        "implicit_push", (lanes, dim, kernel), takes="field pushed k",
+        "implicit_push", (lanes, dim, kernel, linear), takes="field pushed k",
         sum=Sum(hold, empty, ((FLUID, pair), (WALLS, wall_pair)), finish),
     )  # fmt: skip
 
 
-def _gradient(lanes: int, dim: int, kernel: str):
+def _gradient(lanes: int, dim: int, kernel: str, linear: bool):
     """hold, empty, pair and wall_pair of the acceleration by pressure over C V / rho_0."""
     L, DIM = lanes, dim
+    pressing = make_pressing(dim, linear)
     X, P = columns.field(dim).of("x p")
     _, slope = functions(kernel)
 
@@ -188,7 +222,7 @@ def _gradient(lanes: int, dim: int, kernel: str):
         x_i, p_i = mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return (plus(sums[0], x_ij * (f * other(field, j, P, L) * k.mirror * p_i)),)
+        return (plus(sums[0], x_ij * (f * other(field, j, P, L) * pressing(p_i, x_ij, k))),)
 
     return hold, empty, pair, wall_pair
 
@@ -279,7 +313,7 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
     """The pressure gives the new velocity, and that the new position; arguments as in `fsi.sph.corrector.make_corrector`."""
     L, DIM = lanes, dim
     X, P = columns.field(dim).of("x p")
-    hold = _gradient(lanes, dim, kernel)[0]
+    hold, pressing = _gradient(lanes, dim, kernel, linear=False)[0], make_pressing(dim, linear=False)
 
     def start(chunk, impulse, totals):
         impulse[chunk] = 0
@@ -302,7 +336,8 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         f = slope(closeness(r2, k.inverse_support))
-        return plus(force, x_ij * (f * other(field, j, P, L) * k.mirror * p_i)), none, nothing, minimum(nearest, r2)
+        push = f * other(field, j, P, L) * pressing(p_i, x_ij, k)
+        return plus(force, x_ij * push), none, nothing, minimum(nearest, r2)
 
     return over_pairs(
         "implicit_correct", (lanes, dim, kernel, guarded, sponge), start=start,
@@ -313,10 +348,11 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
 
 
 @cache
-def make_force(lanes: int, dim: int, kernel: str, column: int, pressures: int):
-    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (m, b, DIM), for so many
-    pressures in the columns of `values` from `column` on; psi (b,). The exact opposite of its forces on the fluid."""
-    L, DIM, M, P, Z = lanes, dim, pressures, column, dim - 1
+def make_force(lanes: int, dim: int, kernel: str, column: int, linear: bool):
+    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM), for the
+    pressure in a column of `values`, or the change by that; psi (b,). The exact opposite of its forces on the fluid."""
+    L, DIM, P = lanes, dim, column
+    pressing = make_pressing(dim, linear)
     (X,) = columns.field(dim).of("x")
     _, slope = functions(kernel)
 
@@ -327,29 +363,20 @@ def make_force(lanes: int, dim: int, kernel: str, column: int, pressures: int):
         return own_vector(rows, s, X, L, DIM)
 
     def empty(rows):
-        return zero_vector(rows, L, M), zero_vector(rows, L, M), zero_vector(rows, L, M)
+        return (zero_vector(rows, L, DIM),)
 
     def pair(sums, x_i, j, rows, values, k):
-        total_x, total_y, total_z = sums
         x_ij = x_i - other_vector(rows, j, X, L, DIM)
-        p_j = other_vector(values, j, P, L, M) * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        total_x = plus(total_x, p_j * component(x_ij, 0))
-        total_z = plus(total_z, p_j * component(x_ij, Z))
-        if DIM == 3:
-            total_y = plus(total_y, p_j * component(x_ij, 1))
-        return total_x, total_y, total_z
+        f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
+        return (plus(sums[0], x_ij * (f * pressing(other(values, j, P, L), x_ij * -1.0, k))),)
 
     def finish(i, sums, first, psi, force, k):
-        (total_x, total_y, total_z), b = sums, i - first
-        factor = k.mass * k.gradient_factor * k.mirror * psi[b]
-        for m in range(M):
-            force[m, b, 0] = factor * total_x[m]
-            force[m, b, Z] = factor * total_z[m]
-            if DIM == 3:
-                force[m, b, 1] = factor * total_y[m]
+        factor = k.mass * k.gradient_factor * psi[i - first]
+        for d in range(DIM):
+            force[i - first, d] = factor * sums[0][d]
 
     return over_pairs(
-        "implicit_press", (lanes, dim, kernel, column, pressures), takes="first rows values owner least psi force k",
+        "implicit_press", (lanes, dim, kernel, column, linear), takes="first rows values owner least psi force k",
         sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
     )  # fmt: skip
 
