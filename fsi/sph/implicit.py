@@ -263,9 +263,11 @@ def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
     def finish(i, sums, chunk, field, coefficients, label, excess, k, dt):
         a_ii = dt * dt * coefficients[i, DIAGONAL]
         missing = coefficients[i, SOURCE] + dt * dt * k.divergence_factor * sums[0]
+        before = field[i, P]
+        field[i, P] = max(0.0, before + k.omega * missing / a_ii) if a_ii < 0.0 else 0.0
         if label[i] >= 0:
-            excess[chunk] += max(0.0, -missing)
-        field[i, P] = max(0.0, field[i, P] + k.omega * missing / a_ii) if a_ii < 0.0 else 0.0
+            left = max(0.0, -missing) if k.gap > 0.0 else abs((field[i, P] - before) * a_ii) / k.omega
+            excess[chunk] += left
 
     def finish_linear(i, sums, chunk, field, coefficients, label, excess, k, dt, source, held):
         a_ii = dt * dt * coefficients[i, DIAGONAL]
