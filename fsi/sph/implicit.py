@@ -4,17 +4,24 @@
 Densities are relative to that of a perfect lattice; V is the volume of a particle on it, and psi_b the volume that boundary
 particle b stands for, over V. With u* the velocities before pressure acts,
 
-    rho*_i = rho_i - dt V [sum_j C f (u*_i - u*_j) . x_ij + sum_b psi_b C f (u*_i - u_b) . x_ib]          (source)
-    a_i    = V / rho_0 [sum_j (p_i + p_j) C f x_ij + mirror sum_b psi_b p_i C f x_ib]                    (push)
-    rho_i  = rho*_i - dt^2 V [sum_j C f (a_i - a_j) . x_ij + sum_b psi_b C f a_i . x_ib] = 1             (relax)
+    rho*_i = 1 + gamma (rho_i - 1) - dt V [sum_j C f (u*_i - u*_j) . x_ij + sum_b psi_b C f (u*_i - u_b) . x_ib]   (source)
+    a_i    = V / rho_0 [sum_j (p_i + p_j) C f x_ij + sum_b psi_b (p_i + p_ib) C f x_ib]                              (push)
+    rho_i  = rho*_i - dt^2 V [sum_j C f (a_i - a_j) . x_ij + sum_b psi_b C f a_i . x_ib] = 1                        (relax)
 
 as grad W_ij = -C f x_ij. The last is solved for p by relaxed Jacobi sweeps p_i += omega (1 - rho_i) / a_ii, p_i >= 0, with
 
-    a_ii = -dt^2 V^2 / rho_0 [(L_i + mirror M_i) . (L_i + M_i) + sum_j (C f)^2 r^2],
+    a_ii = -dt^2 V^2 / rho_0 [(L_i + 2 M_i) . (L_i + M_i) + sum_j (C f)^2 r^2],
     L_i = sum_j C f x_ij,  M_i = sum_b psi_b C f x_ib.
 
+gamma = 1 is the scheme of the source. Below, gamma is the share of the error of the density that a step takes away, of what is
+too dense alone, and the divergence of the velocities is most of the source: a free surface, whose density is too small, is
+then not pulled together, and what little the density is off makes no pressure that the next step has to undo.
+
+p_ib is the pressure at a wall particle as fluid particle i sees it: its own, extended hydrostatically, p_i - rho_0 g . x_ib
+(`pair_pressure`; Akinci et al. 2012 take p_ib = 0). A lattice at rest on a layer is then in equilibrium.
+
 No matrix is stored; an iteration is a `push` and a `relax`. Forces take the density rho_0, which the solution keeps to its
-tolerance. A particle's pressure acts `mirror` times on the walls (`fsi.fluid.implicit.MIRROR`).
+tolerance.
 
 Rows are those of `fsi.sph.columns`; psi stands in the rows of the boundary, where the fluid's have `mu` (flow) and `p`.
 """
@@ -35,7 +42,8 @@ from fsi.sph.shapes import functions
 from fsi.sph.terms import artificial_viscosity, closeness, divergence, pressure_gradient
 from fsi.sph.walls import belongs
 
-LIMIT = 2.0  # times a particle's pressure that a wall particle's may be higher
+MIRROR = 2.0  # pressures of a pair that change with that of the fluid particle, at a wall particle
+LIMIT = 2.0  # times its pressure, by which the wall particle's may be higher
 RAW = INNER  # the column of 1 - rho, whose part below zero alone stands in DEFICIT
 
 
@@ -51,12 +59,11 @@ class Scalars(NamedTuple):
     artificial_factor: float  # alpha c h C V
     friction_factor: float  # sigma c h C V / 2, of walls
     omega: float  # relaxation of a sweep
-    mirror: float  # times that the pressure of a fluid particle acts on a wall particle
-    head_x: float  # rho_0 times the body force, by which that pressure grows on the way to the wall particle
+    head_x: float  # rho_0 times the body force: the gradient of the pressure in water at rest
     head_y: float
     head_z: float
     relaxation: float  # gamma: share of the error of the density that a step takes away
-    gap: float  # share of it where the density is too small: 0 or 1
+    whole: float  # 1 where it takes all of it away, be the density too large or too small; else 0
     density: float
     mass: float
     suction: float  # not used
@@ -107,7 +114,7 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         density, lever, square, force, solid = sums
         raw, length2 = 1.0 - k.density_factor * density, square
         for d in range(DIM):
-            length2 += (lever[d] + k.mirror * solid[d]) * (lever[d] + solid[d])
+            length2 += (lever[d] + MIRROR * solid[d]) * (lever[d] + solid[d])
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
         coefficients[i, DIAGONAL] = -k.diagonal_factor * length2
@@ -150,7 +157,7 @@ def make_source(lanes: int, dim: int, kernel: str):
     def finish(i, sums, trial, field, coefficients, k, dt, start):
         excess = coefficients[i, DEFICIT]
         lack = coefficients[i, RAW] - excess
-        coefficients[i, SOURCE] = k.relaxation * (excess + k.gap * lack) + dt * k.divergence_factor * sums[0]
+        coefficients[i, SOURCE] = k.relaxation * (excess + k.whole * lack) + dt * k.divergence_factor * sums[0]
         field[i, P] = start * trial[i, P]
 
     return over_pairs(
@@ -160,10 +167,10 @@ def make_source(lanes: int, dim: int, kernel: str):
 
 
 @helper()
-def pair_pressure(p, rise, mirror):
-    """Sum of the pressure p of a fluid particle and that of a wall particle to which it `rise`s; between 1 and `LIMIT` + 2
-    times p, so that what has no pressure is pushed by no wall."""
-    return mirror * p + maximum(minimum(rise, LIMIT * p), 0.0 - p)
+def pair_pressure(p, rise):
+    """Sum of the pressure p of a fluid particle and that of a wall particle, which is higher by `rise`; between 1 and
+    `MIRROR` + `LIMIT` times p, so that what has no pressure is pushed by no wall."""
+    return MIRROR * p + maximum(minimum(rise, LIMIT * p), 0.0 - p)
 
 
 @cache
@@ -174,11 +181,11 @@ def make_pressing(dim: int, linear: bool):
     @helper(dim, linear, inline=True)
     def pressing(p, x_ij, k):
         if linear:
-            return k.mirror * p
+            return MIRROR * p
         rise = component(x_ij, 0) * k.head_x + component(x_ij, Z) * k.head_z
         if DIM == 3:
             rise = rise + component(x_ij, 1) * k.head_y
-        return pair_pressure(p, 0.0 - rise, k.mirror)
+        return pair_pressure(p, 0.0 - rise)
 
     return pressing
 
@@ -230,7 +237,8 @@ def _gradient(lanes: int, dim: int, kernel: str, linear: bool):
 @cache
 def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
     """The density that the accelerations in `pushed` lead to, and the pressures in `field` a sweep further on. The density in
-    excess of 1 of the particles that are no ghosts is summed up in `excess` (chunks,).
+    excess of 1 of the particles that are no ghosts, or what the sweep found left of the equation, is summed up in `excess`
+    (chunks,).
 
     `linear`: for the response to a change of the source, which stands in `source` (n,); the pressures in `field` that are
     zero in `held` stay so."""
@@ -261,13 +269,11 @@ def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
         return (plus(sums[0], divergence(f, a_i, x_ij)),)
 
     def finish(i, sums, chunk, field, coefficients, label, excess, k, dt):
-        a_ii = dt * dt * coefficients[i, DIAGONAL]
+        a_ii, before = dt * dt * coefficients[i, DIAGONAL], field[i, P]
         missing = coefficients[i, SOURCE] + dt * dt * k.divergence_factor * sums[0]
-        before = field[i, P]
         field[i, P] = max(0.0, before + k.omega * missing / a_ii) if a_ii < 0.0 else 0.0
         if label[i] >= 0:
-            left = max(0.0, -missing) if k.gap > 0.0 else abs((field[i, P] - before) * a_ii) / k.omega
-            excess[chunk] += left
+            excess[chunk] += max(0.0, -missing) if k.whole > 0.0 else abs((field[i, P] - before) * a_ii) / k.omega
 
     def finish_linear(i, sums, chunk, field, coefficients, label, excess, k, dt, source, held):
         a_ii = dt * dt * coefficients[i, DIAGONAL]
