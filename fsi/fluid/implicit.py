@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from fsi.fluid.body_force import BodyForce
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.parts import Parts
 from fsi.fluid.response import LinearResponse
@@ -23,13 +24,20 @@ from fsi.sph.shapes import filling, roughest, shape
 
 OMEGA = 0.5  # relaxation of a sweep, at most
 STABLE = 1.42  # a sweep's largest eigenvalue on a lattice times the relaxation: 0.5 for the cubic spline in 3D
-# Times that a fluid particle's pressure acts on a wall particle. With 1 (Ihmsen et al. 2014) the row at a wall needs twice
-# its pressure, with 2 the scheme gives particles energy: in still water a probe one row above the floor is wrong by 6 to 19,
-# 2 to 5 and 1 to 5 % of the deepest pressure with 1, 1.5 and 2, and particles move at 2, 2 and 7 % of sqrt(g depth).
-MIRROR = 1.5
-START = 0.5  # of the last step's pressure, that the sweeps start from
+SOURCE = 1.0  # density relaxation of the source's scheme: a step takes the whole error of the density away
+RELAXATION = (
+    0.1  # share that one takes away without a value in the scene; 0.02 to 0.3 do alike (docs/guide/implicit.md)
+)
+# Of the last step's pressure, that the sweeps start from: half with the source's scheme, where all of it makes probes in still
+# water wrong by 40 %; all of it where the divergence of the velocities is most of the source.
+HALF, WHOLE = 0.5, 1.0
 LEAST, MOST = 3, 1000  # iterations of a step
 SETTLED = 0.01  # of the tolerance, that the pressure at the start is solved to
+
+
+def density_share(scene: Scene) -> float:
+    """gamma: the share of the error of the density that a step takes away."""
+    return RELAXATION if scene.numerics.density_relaxation is None else scene.numerics.density_relaxation
 
 
 def scalars(scene: Scene, depth: float, dtype) -> Scalars:
@@ -43,7 +51,8 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
     )
     form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, mean_spacing(scene), h, dim).density
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
-    slope = form.factor * volume
+    slope, force = form.factor * volume, BodyForce(scene).uniform
+    relaxation = density_share(scene)
     values = Scalars(
         inverse_support=0.5 / h,
         eta2=(0.1 * h) ** 2,
@@ -54,7 +63,11 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         artificial_factor=numerics.artificial_viscosity * sound * h * slope,
         friction_factor=0.5 * numerics.wall_friction * sound * h * slope,
         omega=min(OMEGA, STABLE / roughest(numerics.kernel, numerics.smoothing_ratio, dim)),
-        mirror=MIRROR,
+        head_x=rho * force[0],
+        head_y=rho * force[1] if dim == 3 else 0.0,
+        head_z=rho * force[-1],
+        relaxation=relaxation,
+        whole=float(relaxation == SOURCE),
         density=rho,
         mass=rho * dr**dim * stretch(scene) * (scene.tank.width if dim == 2 else 1.0),
         suction=1.0,
@@ -107,14 +120,15 @@ class ImplicitFluid(Fluid):
         for m, unit in enumerate(units):
             rows = self.solver.respond(self.k, self.dt, unit)
             pressures[m] = rows[:n, columns.field(self.dim).p]
-            changes[m] = self.solids.press(rows, rows, column=columns.field(self.dim).p, columns=1)[0]
+            changes[m] = self.solids.press_change(rows, columns.field(self.dim).p)
         return wrench, pressures, changes
 
 
 class ImplicitPressure:
-    """A `PressureSolver`: relaxed Jacobi sweeps until the mean density error of the fluid, of what is too dense, is below the
-    tolerance, at least `LEAST` iterations; all pressure updates of a step take as many as the first. Owns the accelerations by
-    pressure (rows of x and a), and the counts."""
+    """A `PressureSolver`: relaxed Jacobi sweeps until the mean density error of a step is below the tolerance, at least `LEAST`
+    iterations; all pressure updates of a step take as many as the first. With the source's scheme the error is that of what
+    is too dense, else what is left of the equation, so that no pressure of the last step stays too high. Owns the
+    accelerations by pressure (rows of x and a), and the counts."""
 
     def __init__(self, parts: Parts):
         self._parts, scene = parts, parts.scene
@@ -130,6 +144,7 @@ class ImplicitPressure:
         self._pressure, self._a = columns.field(self._dim).p, columns.flow(self._dim).all_of("u")
         self._pushed = np.empty((0, 0), parts.dtype)
         self._iterations: int | None = None
+        self._start = HALF if density_share(scene) == SOURCE else WHOLE
         self.sweeps, self.most_sweeps, self.unsolved, self.error = 0, 0, 0, 0.0
 
     def begin(self) -> None:
@@ -140,7 +155,7 @@ class ImplicitPressure:
         """See `PressureSolver`."""
         parts, work = self._parts, self._parts.work
         parts.boundary.move(work.trial, columns.trial(self._dim).u, dt)
-        self._run(self._source, work.trial, work.field, work.coefficients, k, parts.dtype(dt), parts.dtype(START))
+        self._run(self._source, work.trial, work.field, work.coefficients, k, parts.dtype(dt), parts.dtype(self._start))
         parts.halo.refresh(work.field, slice(self._pressure, None))
         self._ready(work.field)
         if self._iterations is None:
@@ -163,15 +178,15 @@ class ImplicitPressure:
         rows[:n, self._pressure] = 0.0
         parts.boundary.stir(self._pushed, self._a.start, unit)
         self._run(implicit.make_change(*make), self._pushed, source, k, parts.dtype(dt * dt))
-        linear = implicit.make_relax(*make, linear=True)
+        push, linear = (kernel(*make, linear=True) for kernel in (implicit.make_push, implicit.make_relax))
         for _ in range(self._iterations):
-            self._run(self._push, rows, self._pushed, k)
+            self._run(push, rows, self._pushed, k)
             parts.halo.refresh(self._pushed, self._a)
             self._sweep(linear, rows, k, dt, source)
         return rows
 
     def residual(self, rows: int, counts: np.ndarray | None = None) -> float:
-        """Mean density in excess of that at rest, as a share of it, after the last update."""
+        """Mean density error of a step, as a share of that at rest, after the last update."""
         return self.error
 
     def state(self) -> dict:

@@ -117,14 +117,22 @@ class WeightedWalls(BoundaryParticles):
 
     def press(self, rows: np.ndarray, values: np.ndarray, column: int, columns: int, least: int = 1) -> np.ndarray:
         """See `BoundaryTreatment`."""
-        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces(columns)
+        wrenches = [self._pressed(rows, values, column + m, least, linear=False) for m in range(columns)]
+        return self.smoothed(np.array(wrenches))
+
+    def press_change(self, rows: np.ndarray, column: int) -> np.ndarray:
+        """Change of the wrench (owners, 6) by a change of the pressure in a column of `rows`."""
+        return self.smoothed(self._pressed(rows, rows, column, 1, linear=True)[None])[0]
+
+    def _pressed(self, rows: np.ndarray, values: np.ndarray, column: int, least: int, linear: bool) -> np.ndarray:
+        wrench, forces = np.zeros((1, self.owners, 6)), self._forces(1)
         if self.count:
             self.team.run(
-                implicit.make_force(self.lanes, self.dim, self._kernel, column, columns), self.near.bounds, self.near.groups,
-                self.first, rows, values, self._counted[: self.count], least, self.weight, forces, self.k,
+                implicit.make_force(self.lanes, self.dim, self._kernel, column, linear), self.near.bounds, self.near.groups,
+                self.first, rows, values, self._counted[: self.count], least, self.weight, forces[0], self.k,
             )  # fmt: skip
         self._add(forces, wrench, least)
-        return self.smoothed(wrench)
+        return wrench[0]
 
     def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
         """See `BoundaryTreatment`."""

@@ -197,9 +197,6 @@ IDLE: dict[str, Condition] = {
     "numerics.standing_pressure": _standing_pressure,
     "numerics.wall_guard": lambda scene, numerics: _no_solids(scene) and "there is no wall and no body",
     "numerics.mach": _mach,
-    "numerics.density_relaxation": lambda scene, numerics: (
-        numerics.solver == "iisph" and "'iisph' solves for the density itself"
-    ),
     "numerics.courant": _fixed_step,
     "numerics.max_time_step": _fixed_step,
     "output.series": lambda scene, output: _unlogged(output),

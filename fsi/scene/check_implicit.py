@@ -29,6 +29,9 @@ def _of_implicit(scene: Scene) -> Iterator[Fault]:
         yield "numerics.turbulence", "'iisph' has no turbulence model", other
     if numerics.shifting:
         yield "numerics.shifting", "'iisph' shifts no particles", other
+    if (numerics.density_relaxation or 0.0) > 1.0:
+        fault = "a step of 'iisph' takes away a share of the error of the density, at most all of it"
+        yield "numerics.density_relaxation", fault, "use 1 for the source's scheme, or remove it"
     if scene.closed:
         yield (
             key,

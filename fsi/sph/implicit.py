@@ -4,17 +4,24 @@
 Densities are relative to that of a perfect lattice; V is the volume of a particle on it, and psi_b the volume that boundary
 particle b stands for, over V. With u* the velocities before pressure acts,
 
-    rho*_i = rho_i - dt V [sum_j C f (u*_i - u*_j) . x_ij + sum_b psi_b C f (u*_i - u_b) . x_ib]          (source)
-    a_i    = V / rho_0 [sum_j (p_i + p_j) C f x_ij + mirror sum_b psi_b p_i C f x_ib]                    (push)
-    rho_i  = rho*_i - dt^2 V [sum_j C f (a_i - a_j) . x_ij + sum_b psi_b C f a_i . x_ib] = 1             (relax)
+    rho*_i = 1 + gamma (rho_i - 1) - dt V [sum_j C f (u*_i - u*_j) . x_ij + sum_b psi_b C f (u*_i - u_b) . x_ib]   (source)
+    a_i    = V / rho_0 [sum_j (p_i + p_j) C f x_ij + sum_b psi_b (p_i + p_ib) C f x_ib]                              (push)
+    rho_i  = rho*_i - dt^2 V [sum_j C f (a_i - a_j) . x_ij + sum_b psi_b C f a_i . x_ib] = 1                        (relax)
 
 as grad W_ij = -C f x_ij. The last is solved for p by relaxed Jacobi sweeps p_i += omega (1 - rho_i) / a_ii, p_i >= 0, with
 
-    a_ii = -dt^2 V^2 / rho_0 [(L_i + mirror M_i) . (L_i + M_i) + sum_j (C f)^2 r^2],
+    a_ii = -dt^2 V^2 / rho_0 [(L_i + 2 M_i) . (L_i + M_i) + sum_j (C f)^2 r^2],
     L_i = sum_j C f x_ij,  M_i = sum_b psi_b C f x_ib.
 
+gamma = 1 is the scheme of the source. Below, gamma is the share of the error of the density that a step takes away, of what is
+too dense alone, and the divergence of the velocities is most of the source: a free surface, whose density is too small, is
+then not pulled together, and what little the density is off makes no pressure that the next step has to undo.
+
+p_ib is the pressure at a wall particle as fluid particle i sees it: its own, extended hydrostatically, p_i - rho_0 g . x_ib
+(`pair_pressure`; Akinci et al. 2012 take p_ib = 0). A lattice at rest on a layer is then in equilibrium.
+
 No matrix is stored; an iteration is a `push` and a `relax`. Forces take the density rho_0, which the solution keeps to its
-tolerance. A particle's pressure acts `mirror` times on the walls (`fsi.fluid.implicit.MIRROR`).
+tolerance.
 
 Rows are those of `fsi.sph.columns`; psi stands in the rows of the boundary, where the fluid's have `mu` (flow) and `p`.
 """
@@ -24,6 +31,7 @@ from __future__ import annotations
 from functools import cache
 from typing import NamedTuple
 
+from fsi.compute.jit import helper
 from fsi.compute.lane_sums import plus
 from fsi.compute.lanes import component, dot, maximum, minimum, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import FLUID, WALLS, Sum, over_pairs
@@ -34,6 +42,8 @@ from fsi.sph.shapes import functions
 from fsi.sph.terms import artificial_viscosity, closeness, divergence, pressure_gradient
 from fsi.sph.walls import belongs
 
+MIRROR = 2.0  # pressures of a pair that change with that of the fluid particle, at a wall particle
+LIMIT = 2.0  # times its pressure, by which the wall particle's may be higher
 RAW = INNER  # the column of 1 - rho, whose part below zero alone stands in DEFICIT
 
 
@@ -49,7 +59,11 @@ class Scalars(NamedTuple):
     artificial_factor: float  # alpha c h C V
     friction_factor: float  # sigma c h C V / 2, of walls
     omega: float  # relaxation of a sweep
-    mirror: float  # times that the pressure of a fluid particle acts on a wall particle
+    head_x: float  # rho_0 times the body force: the gradient of the pressure in water at rest
+    head_y: float
+    head_z: float
+    relaxation: float  # gamma: share of the error of the density that a step takes away
+    whole: float  # 1 where it takes all of it away, be the density too large or too small; else 0
     density: float
     mass: float
     suction: float  # not used
@@ -100,7 +114,7 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         density, lever, square, force, solid = sums
         raw, length2 = 1.0 - k.density_factor * density, square
         for d in range(DIM):
-            length2 += (lever[d] + k.mirror * solid[d]) * (lever[d] + solid[d])
+            length2 += (lever[d] + MIRROR * solid[d]) * (lever[d] + solid[d])
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
         coefficients[i, DIAGONAL] = -k.diagonal_factor * length2
@@ -141,7 +155,9 @@ def make_source(lanes: int, dim: int, kernel: str):
         return (plus(outflow, divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)),)
 
     def finish(i, sums, trial, field, coefficients, k, dt, start):
-        coefficients[i, SOURCE] = coefficients[i, RAW] + dt * k.divergence_factor * sums[0]
+        excess = coefficients[i, DEFICIT]
+        lack = coefficients[i, RAW] - excess
+        coefficients[i, SOURCE] = k.relaxation * (excess + k.whole * lack) + dt * k.divergence_factor * sums[0]
         field[i, P] = start * trial[i, P]
 
     return over_pairs(
@@ -150,25 +166,50 @@ def make_source(lanes: int, dim: int, kernel: str):
     )  # fmt: skip
 
 
+@helper()
+def pair_pressure(p, rise):
+    """Sum of the pressure p of a fluid particle and that of a wall particle, which is higher by `rise`; between 1 and
+    `MIRROR` + `LIMIT` times p, so that what has no pressure is pushed by no wall."""
+    return MIRROR * p + maximum(minimum(rise, LIMIT * p), 0.0 - p)
+
+
 @cache
-def make_push(lanes: int, dim: int, kernel: str):
-    """The accelerations by the pressures in `field`, into `pushed`, rows of x and a."""
+def make_pressing(dim: int, linear: bool):
+    """`pressing(p, x_ij, k)`: `pair_pressure` of fluid particle i, x_ij from wall particle j; `linear`: its change with p."""
+    DIM, Z = dim, dim - 1
+
+    @helper(dim, linear, inline=True)
+    def pressing(p, x_ij, k):
+        if linear:
+            return MIRROR * p
+        rise = component(x_ij, 0) * k.head_x + component(x_ij, Z) * k.head_z
+        if DIM == 3:
+            rise = rise + component(x_ij, 1) * k.head_y
+        return pair_pressure(p, 0.0 - rise)
+
+    return pressing
+
+
+@cache
+def make_push(lanes: int, dim: int, kernel: str, linear: bool = False):
+    """The accelerations by the pressures in `field`, into `pushed`, rows of x and a; `linear`: by changes of the pressure."""
     DIM, A = dim, columns.flow(dim).u
-    hold, empty, pair, wall_pair = _gradient(lanes, dim, kernel)
+    hold, empty, pair, wall_pair = _gradient(lanes, dim, kernel, linear)
 
     def finish(i, sums, pushed, k):
         for d in range(DIM):
             pushed[i, A + d] = k.gradient_factor * sums[0][d]
 
     return over_pairs(
-        "implicit_push", (lanes, dim, kernel), takes="field pushed k",
+        "implicit_push", (lanes, dim, kernel, linear), takes="field pushed k",
         sum=Sum(hold, empty, ((FLUID, pair), (WALLS, wall_pair)), finish),
     )  # fmt: skip
 
 
-def _gradient(lanes: int, dim: int, kernel: str):
+def _gradient(lanes: int, dim: int, kernel: str, linear: bool):
     """hold, empty, pair and wall_pair of the acceleration by pressure over C V / rho_0."""
     L, DIM = lanes, dim
+    pressing = make_pressing(dim, linear)
     X, P = columns.field(dim).of("x p")
     _, slope = functions(kernel)
 
@@ -188,7 +229,7 @@ def _gradient(lanes: int, dim: int, kernel: str):
         x_i, p_i = mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return (plus(sums[0], x_ij * (f * other(field, j, P, L) * k.mirror * p_i)),)
+        return (plus(sums[0], x_ij * (f * other(field, j, P, L) * pressing(p_i, x_ij, k))),)
 
     return hold, empty, pair, wall_pair
 
@@ -196,7 +237,8 @@ def _gradient(lanes: int, dim: int, kernel: str):
 @cache
 def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
     """The density that the accelerations in `pushed` lead to, and the pressures in `field` a sweep further on. The density in
-    excess of 1 of the particles that are no ghosts is summed up in `excess` (chunks,).
+    excess of 1 of the particles that are no ghosts, or what the sweep found left of the equation, is summed up in `excess`
+    (chunks,).
 
     `linear`: for the response to a change of the source, which stands in `source` (n,); the pressures in `field` that are
     zero in `held` stay so."""
@@ -227,11 +269,11 @@ def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
         return (plus(sums[0], divergence(f, a_i, x_ij)),)
 
     def finish(i, sums, chunk, field, coefficients, label, excess, k, dt):
-        a_ii = dt * dt * coefficients[i, DIAGONAL]
+        a_ii, before = dt * dt * coefficients[i, DIAGONAL], field[i, P]
         missing = coefficients[i, SOURCE] + dt * dt * k.divergence_factor * sums[0]
+        field[i, P] = max(0.0, before + k.omega * missing / a_ii) if a_ii < 0.0 else 0.0
         if label[i] >= 0:
-            excess[chunk] += max(0.0, -missing)
-        field[i, P] = max(0.0, field[i, P] + k.omega * missing / a_ii) if a_ii < 0.0 else 0.0
+            excess[chunk] += max(0.0, -missing) if k.whole > 0.0 else abs((field[i, P] - before) * a_ii) / k.omega
 
     def finish_linear(i, sums, chunk, field, coefficients, label, excess, k, dt, source, held):
         a_ii = dt * dt * coefficients[i, DIAGONAL]
@@ -279,7 +321,7 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
     """The pressure gives the new velocity, and that the new position; arguments as in `fsi.sph.corrector.make_corrector`."""
     L, DIM = lanes, dim
     X, P = columns.field(dim).of("x p")
-    hold = _gradient(lanes, dim, kernel)[0]
+    hold, pressing = _gradient(lanes, dim, kernel, linear=False)[0], make_pressing(dim, linear=False)
 
     def start(chunk, impulse, totals):
         impulse[chunk] = 0
@@ -302,7 +344,8 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         f = slope(closeness(r2, k.inverse_support))
-        return plus(force, x_ij * (f * other(field, j, P, L) * k.mirror * p_i)), none, nothing, minimum(nearest, r2)
+        push = f * other(field, j, P, L) * pressing(p_i, x_ij, k)
+        return plus(force, x_ij * push), none, nothing, minimum(nearest, r2)
 
     return over_pairs(
         "implicit_correct", (lanes, dim, kernel, guarded, sponge), start=start,
@@ -313,10 +356,11 @@ def make_corrector(lanes: int, dim: int, kernel: str, guarded: bool, sponge: boo
 
 
 @cache
-def make_force(lanes: int, dim: int, kernel: str, column: int, pressures: int):
-    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (m, b, DIM), for so many
-    pressures in the columns of `values` from `column` on; psi (b,). The exact opposite of its forces on the fluid."""
-    L, DIM, M, P, Z = lanes, dim, pressures, column, dim - 1
+def make_force(lanes: int, dim: int, kernel: str, column: int, linear: bool):
+    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (b, DIM), for the
+    pressure in a column of `values`, or the change by that; psi (b,). The exact opposite of its forces on the fluid."""
+    L, DIM, P = lanes, dim, column
+    pressing = make_pressing(dim, linear)
     (X,) = columns.field(dim).of("x")
     _, slope = functions(kernel)
 
@@ -327,29 +371,20 @@ def make_force(lanes: int, dim: int, kernel: str, column: int, pressures: int):
         return own_vector(rows, s, X, L, DIM)
 
     def empty(rows):
-        return zero_vector(rows, L, M), zero_vector(rows, L, M), zero_vector(rows, L, M)
+        return (zero_vector(rows, L, DIM),)
 
     def pair(sums, x_i, j, rows, values, k):
-        total_x, total_y, total_z = sums
         x_ij = x_i - other_vector(rows, j, X, L, DIM)
-        p_j = other_vector(values, j, P, L, M) * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        total_x = plus(total_x, p_j * component(x_ij, 0))
-        total_z = plus(total_z, p_j * component(x_ij, Z))
-        if DIM == 3:
-            total_y = plus(total_y, p_j * component(x_ij, 1))
-        return total_x, total_y, total_z
+        f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
+        return (plus(sums[0], x_ij * (f * pressing(other(values, j, P, L), x_ij * -1.0, k))),)
 
     def finish(i, sums, first, psi, force, k):
-        (total_x, total_y, total_z), b = sums, i - first
-        factor = k.mass * k.gradient_factor * k.mirror * psi[b]
-        for m in range(M):
-            force[m, b, 0] = factor * total_x[m]
-            force[m, b, Z] = factor * total_z[m]
-            if DIM == 3:
-                force[m, b, 1] = factor * total_y[m]
+        factor = k.mass * k.gradient_factor * psi[i - first]
+        for d in range(DIM):
+            force[i - first, d] = factor * sums[0][d]
 
     return over_pairs(
-        "implicit_press", (lanes, dim, kernel, column, pressures), takes="first rows values owner least psi force k",
+        "implicit_press", (lanes, dim, kernel, column, linear), takes="first rows values owner least psi force k",
         sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
     )  # fmt: skip
 

@@ -94,12 +94,6 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "numerics.density_tolerance": ("numerics.density_tolerance", "1e-4", {}, "iisph"),
     "numerics.lambda_max": ("numerics.lambda_max", "0.2", {}, "iisph"),
     "numerics.wall_friction": ("numerics.wall_friction", "0.1", {}, "iisph"),
-    "numerics.density_relaxation": (
-        "numerics.density_relaxation",
-        "0.1",
-        {"numerics.solver": "iisph"},
-        "density itself",
-    ),
     "numerics.sweeps": ("numerics.sweeps", "8", FIXED | {"numerics.solver": "converged"}, "fixed_time_step"),
     "numerics.pressure_tolerance": ("numerics.pressure_tolerance", "1e-4", {}, "converged"),
     "numerics.wall_slip": ("numerics.wall_slip", "free_slip", BLOCK | OPEN, "no wall"),
@@ -130,6 +124,7 @@ def coupler_of(name):
 ALWAYS = {  # pattern -> why a value always has an effect, or which check refuses or tells one that has none
     "name description": "names the run folder; is listed by `fsi cases`",
     "dimension spacing duration gravity tank.min tank.max": "the run is made of them",
+    "numerics.density_relaxation": "every solver reads it; refused above 1 for `iisph`",
     "tank.open": "refused for a side with a wall or without an axis",
     "tank.periodic": "refused for an axis that the scene does not have",
     "tank.grid.origin tank.grid.direction tank.grid.level tank.grid.depths": "with a grid, see `tank.grid`",
