@@ -28,6 +28,7 @@ SOURCE = 1.0  # density relaxation of the source's scheme: a step takes the whol
 RELAXATION = (
     0.1  # share that one takes away without a value in the scene; 0.02 to 0.3 do alike (docs/guide/implicit.md)
 )
+ROOM = 0.2  # lack of density of a particle that may be approached: under a flat surface it is 0.16
 # Of the last step's pressure, that the sweeps start from: half with the source's scheme, where all of it makes probes in still
 # water wrong by 40 %; all of it where the divergence of the velocities is most of the source.
 HALF, WHOLE = 0.5, 1.0
@@ -67,7 +68,7 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         head_y=rho * force[1] if dim == 3 else 0.0,
         head_z=rho * force[-1],
         relaxation=relaxation,
-        whole=float(relaxation == SOURCE),
+        room=0.0 if relaxation == SOURCE else ROOM,
         density=rho,
         mass=rho * dr**dim * stretch(scene) * (scene.tank.width if dim == 2 else 1.0),
         suction=1.0,

@@ -63,7 +63,7 @@ class Scalars(NamedTuple):
     head_y: float
     head_z: float
     relaxation: float  # gamma: share of the error of the density that a step takes away
-    whole: float  # 1 where it takes all of it away, be the density too large or too small; else 0
+    room: float  # lack of density beyond which a particle may be approached; 0 for the source's scheme
     density: float
     mass: float
     suction: float  # not used
@@ -155,9 +155,8 @@ def make_source(lanes: int, dim: int, kernel: str):
         return (plus(outflow, divergence(f, u_i - other_vector(trial, j, U, L, DIM), x_ij)),)
 
     def finish(i, sums, trial, field, coefficients, k, dt, start):
-        excess = coefficients[i, DEFICIT]
-        lack = coefficients[i, RAW] - excess
-        coefficients[i, SOURCE] = k.relaxation * (excess + k.whole * lack) + dt * k.divergence_factor * sums[0]
+        error = k.relaxation * coefficients[i, DEFICIT] + max(0.0, coefficients[i, RAW] - k.room)
+        coefficients[i, SOURCE] = error + dt * k.divergence_factor * sums[0]
         field[i, P] = start * trial[i, P]
 
     return over_pairs(
@@ -273,7 +272,7 @@ def make_relax(lanes: int, dim: int, kernel: str, linear: bool = False):
         missing = coefficients[i, SOURCE] + dt * dt * k.divergence_factor * sums[0]
         field[i, P] = max(0.0, before + k.omega * missing / a_ii) if a_ii < 0.0 else 0.0
         if label[i] >= 0:
-            excess[chunk] += max(0.0, -missing) if k.whole > 0.0 else abs((field[i, P] - before) * a_ii) / k.omega
+            excess[chunk] += max(0.0, -missing) if k.room == 0.0 else abs((field[i, P] - before) * a_ii) / k.omega
 
     def finish_linear(i, sums, chunk, field, coefficients, label, excess, k, dt, source, held):
         a_ii = dt * dt * coefficients[i, DIAGONAL]
