@@ -61,7 +61,9 @@ def flat(name: str) -> Callable[[np.ndarray, dict[str, np.ndarray]], tuple[bool,
 def level(values: np.ndarray, figures: dict[str, np.ndarray]) -> tuple[bool, str]:
     """The largest domain takes no more memory than the smallest."""
     memory = figures["memory_mb"]
-    return bool(memory[-1] <= FLAT * memory[0]), f"{memory[-1]:.3g} MB in the largest, {memory[0]:.3g} MB in the smallest"
+    return bool(
+        memory[-1] <= FLAT * memory[0]
+    ), f"{memory[-1]:.3g} MB in the largest, {memory[0]:.3g} MB in the smallest"
 
 
 COST = "pressure_iterations", "pressure_seconds", "search_seconds", "wall_seconds"
@@ -79,7 +81,9 @@ def judged(finding: Finding, folder: Path) -> tuple[bool, list[str]]:
     data = cases.sweep(STUDIES / f"implicit_{finding.study}.toml", out=folder / finding.study, workers=0, quiet=True)
     parameter = next(iter(data.dims))
     values = data[parameter].values.astype(float)
-    figures = {name: data[name].values for name in {*finding.figures, "pressure_iterations", "time_step_mean", "memory_mb"}}
+    figures = {
+        name: data[name].values for name in {*finding.figures, "pressure_iterations", "time_step_mean", "memory_mb"}
+    }
     lines = [" ".join(f"{name:>20}" for name in (parameter, *finding.figures))]
     for n, value in enumerate(values):
         lines.append(" ".join(f"{x:20.4g}" for x in (value, *(figures[name][n] for name in finding.figures))))

@@ -224,8 +224,9 @@ def test_its_faults_are_told(fsi):
     told = fsi("check", "pond", "--set", "waves.stroke=0.5", "--set", "coupler.firmness=9", code=2)
     assert "pond.toml: waves.stroke: 0.5 m is more than the depth; push less" in told
     assert "pond.toml: coupler.firmness: 9 is too firm; use less" in told
-    assert "one of focused, irregular, measured, nonlinear, packet, regular, shallow, solitary, spectrum, table, push" in fsi(
-        "check", "pond", "--set", "waves.kind=pull", code=2
+    assert (
+        "one of focused, irregular, measured, nonlinear, packet, regular, shallow, solitary, spectrum, table, push"
+        in fsi("check", "pond", "--set", "waves.kind=pull", code=2)
     )
     assert "liquid, head; did you mean head?" in fsi("check", "pond", "--set", 'output.fields=["heat"]', code=2)
     assert "it belongs to kind = 'push'" in fsi(
