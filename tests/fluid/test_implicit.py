@@ -63,8 +63,9 @@ def test_a_layer_that_is_sampled_twice_as_densely_weighs_the_same():
     assert twice[2 * middle] == pytest.approx(0.5 * once[middle], rel=0.1)
 
 
-def test_still_water_stays_within_the_tolerance_and_keeps_momentum():
-    scene = tank()
+@pytest.mark.parametrize("share", [0.1, 1.0])
+def test_still_water_stays_within_the_tolerance_and_keeps_momentum(share):
+    scene = tank(density_relaxation=share)
     fluid = make_fluid(scene, build(scene), Team(1))
     dt, heads = 0.005, []
     for step in range(60):
@@ -79,6 +80,34 @@ def test_still_water_stays_within_the_tolerance_and_keeps_momentum():
         heads.append(fluid.pressure_values.mean())
     assert fluid.lost == 0 and np.abs(fluid.velocity).max() < 0.2
     assert np.mean(heads[20:]) == pytest.approx(9810 * 0.2, rel=0.15)
+
+
+def test_the_forces_of_all_pairs_of_fluid_cancel_without_walls():
+    """Gravity alone moves a block that falls; its pressures, of random motion, change no momentum."""
+    values = {"spacing": DR, "duration": 1.0, "tank": {"min": [-2, -2], "max": [2, 2]}, "numerics": {"solver": "iisph"}}
+    scene = Scene.model_validate(values | {"fluid": {"blocks": [{"min": [-0.4, 0.0], "max": [0.4, 0.8]}]}})
+    fluid = make_fluid(scene, build(scene), Team(1))
+    fluid.velocity[:] = np.random.default_rng(1).normal(0.0, 0.5, fluid.velocity.shape)
+    before = fluid.velocity.sum(0)
+    for _ in range(5):
+        stepped(fluid, 0.004)
+        assert fluid.work.field[: fluid.count, 2].max() > 0
+        fluid.correct()
+    change = fluid.velocity.sum(0) - before - fluid.count * 5 * 0.004 * np.array([0.0, -9.81])
+    assert change == pytest.approx([0.0, 0.0], abs=1e-6 * np.abs(fluid.velocity).sum())
+
+
+def test_a_lattice_at_rest_on_a_layer_needs_the_hydrostatic_pressure():
+    """The pressure of water released at rest, row by row, a spacing and more above the floor and under the surface."""
+    scene = tank()
+    fluid = make_fluid(scene, build(scene), Team(1))
+    still = np.zeros((fluid.owners, 6))
+    fluid.begin(0.005, np.zeros((fluid.owners, 3)), still)
+    fluid.settle(still)
+    middle = np.abs(fluid.position[:, 0] - 0.6) < 0.2
+    z = fluid.position[middle, 1]
+    error = fluid.pressure_values[middle] + 9810 * z
+    assert np.abs(error[z < -2 * DR]).max() < 0.08 * 9810 * 0.4
 
 
 def test_the_response_to_a_wall_is_what_its_acceleration_changes():
@@ -102,6 +131,7 @@ def test_the_response_to_a_wall_is_what_its_acceleration_changes():
         ({"numerics": {"solver": "iisph"}, "liquids": {"oil": {"blocks": [{"min": [0, -0.4], "max": [1, -0.3]}]}}}, "liquids"),
         ({"numerics": {"solver": "iisph"}, "fluid": {"still_water_level": 0.4}}, "numerics.solver"),
         ({"numerics": {"solver": "iisph", "shifting": 0.2}}, "numerics.shifting"),
+        ({"numerics": {"solver": "iisph", "density_relaxation": 1.5}}, "numerics.density_relaxation"),
         ({"numerics": {"kernel": "cubic_spline"}}, "numerics.kernel"),
         ({"numerics": {"smoothing_ratio": 1.0}}, "numerics.smoothing_ratio"),
         ({"tank": {"min": [0, -0.4], "max": [1.2, 0.4], "boundary": "single_layer"}}, "tank.boundary"),

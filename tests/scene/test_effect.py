@@ -148,7 +148,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "liquids.*.rheology.grain_density liquids.*.rheology.pore_density": "with the rheology",
     "waves.kind waves.absorb waves.wave_height waves.period waves.order waves.ramp": "the piston's path",
     "waves.spectrum waves.Hm0 waves.peak_period waves.seed waves.components waves.highest waves.theory": "the piston's path",
-    "waves.distance waves.delay waves.lowest waves.format waves.scale waves.terms": "the piston's path",
+    "waves.distance waves.delay waves.lowest waves.format waves.scale waves.terms waves.carries": "the piston's path",
     "waves.crest waves.place": "the piston's path",
     "sea.heading sea.zone sea.rate sea.start": "walls and zones",
     "sea.spreading sea.order": "of a sum of waves; refused for one wave",

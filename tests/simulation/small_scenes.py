@@ -52,6 +52,8 @@ SCENES = {
     "layers": (LAYERS, ("spacing=0.04", "duration=1.0")),
     "channel": (CHANNEL, ()),
     "closed": (CLOSED, ()),
+    "iisph_box": ("floating_box_2d", ("spacing=0.05", "numerics.solver=iisph")),
+    "iisph_source": ("dam_break", ("numerics.solver=iisph", "numerics.density_relaxation=1", "spacing=0.08")),
     "converged": ("dam_break", ("numerics.solver=converged", "numerics.precision=double", "spacing=0.08")),
 }
 
