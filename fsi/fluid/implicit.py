@@ -26,7 +26,7 @@ OMEGA = 0.5  # relaxation of a sweep, at most
 STABLE = 1.42  # a sweep's largest eigenvalue on a lattice times the relaxation: 0.5 for the cubic spline in 3D
 SOURCE = 1.0  # density relaxation of the source's scheme: a step takes the whole error of the density away
 RELAXATION = (
-    0.1  # share that one takes away without a value in the scene; 0.02 to 0.3 do alike (docs/guide/implicit.md)
+    0.1  # share that one takes away without a value and without bodies; 0.02 to 0.3 do alike (docs/guide/implicit.md)
 )
 ROOM = 0.2  # lack of density of a particle that may be approached: under a flat surface it is 0.16
 # Of the last step's pressure, that the sweeps start from: half with the source's scheme, where all of it makes probes in still
@@ -37,8 +37,11 @@ SETTLED = 0.01  # of the tolerance, that the pressure at the start is solved to
 
 
 def density_share(scene: Scene) -> float:
-    """gamma: the share of the error of the density that a step takes away."""
-    return RELAXATION if scene.numerics.density_relaxation is None else scene.numerics.density_relaxation
+    """gamma: the share of the error of the density that a step takes away; without a value in the scene all of it where there
+    are bodies, which a part of it damps."""
+    if scene.numerics.density_relaxation is not None:
+        return scene.numerics.density_relaxation
+    return SOURCE if scene.bodies else RELAXATION
 
 
 def scalars(scene: Scene, depth: float, dtype) -> Scalars:
