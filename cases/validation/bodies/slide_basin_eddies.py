@@ -35,7 +35,7 @@ def _excess(values) -> float:
 class Eddies(Pictured):
     """Eddy viscosity over that of water around the impact."""
 
-    moments, colour = TIMES, "eddy_viscosity"
+    moments, colour = TIMES, "speed"
 
     def begin(self, sim: Simulation) -> None:
         self.mean, self.largest, self.profile, self.leaks = {}, {}, None, 0
