@@ -4,9 +4,9 @@ Of SPHERIC test 11 in the basin the source says in words, for this C_s and a spa
 1000 times that of water around the impact, largest at 0.5 s, smaller ever after to 2 s, and at 1 s it falls from the bed (0.02
 m above it, behind the slide) by 0.11 m to the surface (0.22 m). Here it is read from the water around the slide's way, 0 to 1.5
 m beyond the shore and 0.6 m to each side: its peak, that of the upper hundredth, at 0.5, 1 and 2 s, and the mean at each
-height. `decades` is the decimal logarithm of the peak at 0.5 s over 1000, over three decades; the others are by how much a value
-is larger than 0.95 of the one before. In the first run the mean over all that water was read in place of the peak: it grows
-until 0.9 s, as the eddies spread from the impact.
+height. `decades` is the decimal logarithm of the peak at 0.5 s over 1000, over three decades; the others are by how much a
+value is larger than 0.95 of the one before. In the first run the mean over all that water was read in place of the peak: it
+grows until 0.9 s, as the eddies spread from the impact.
 """
 
 from __future__ import annotations
