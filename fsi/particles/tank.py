@@ -72,16 +72,27 @@ def _fitted(low: float, high: float, inner: float, outer: float, spacing: float)
 
 
 class Sides:
-    """The half-spaces beyond the walled sides of the tank that `owner` holds: the piston's, or all others."""
+    """What the walled sides of the tank that `owner` holds take up: the piston's, or all others. A wall ends with the tank where
+    the next side is open."""
 
     def __init__(self, scene: Scene, owner: int):
-        tank = scene.tank
-        piston = moving_sides(scene)
-        walls = {w for w in tank.walls if w[0] in tank.axes and w[0] not in tank.periodic}
-        walls = walls & piston if owner == PISTON else walls - piston
-        self._low = np.array([x if f"{n}-" in walls else -math.inf for n, x in zip(tank.axes, tank.min, strict=True)])
-        self._high = np.array([x if f"{n}+" in walls else math.inf for n, x in zip(tank.axes, tank.max, strict=True)])
+        tank, piston = scene.tank, moving_sides(scene)
+        walled = {w for w in tank.walls if w[0] in tank.axes and w[0] not in tank.periodic}
+        walls = walled & piston if owner == PISTON else walled - piston
+        ends = {w for w in (f"{n}{side}" for n in tank.axes for side in "-+") if w not in walled}
+        ends = {w for w in ends if w[0] not in tank.periodic}
+        self._low, self._high = _ends(tank, walls)
+        self._first, self._last = _ends(tank, ends)
 
     def clearance(self, points: np.ndarray) -> np.ndarray:
         """Distance (n,) of points (n, dim) to the nearest of the sides, negative beyond it."""
-        return np.minimum(points - self._low, self._high - points).min(1)
+        beyond = np.minimum(points - self._low, self._high - points).min(1)
+        past = np.maximum(self._first - points, points - self._last).max(1)  # the end of the walls
+        return np.maximum(beyond, past)
+
+
+def _ends(tank, sides: set[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates (dim,) of the tank, infinite but at these sides."""
+    low = [x if f"{n}-" in sides else -math.inf for n, x in zip(tank.axes, tank.min, strict=True)]
+    high = [x if f"{n}+" in sides else math.inf for n, x in zip(tank.axes, tank.max, strict=True)]
+    return np.array(low), np.array(high)

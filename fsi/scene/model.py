@@ -321,8 +321,8 @@ def _written(part: object) -> dict:
 
 def wave_numerics(values: object) -> dict:
     """The numerics of a scene, as it is written, with the defaults that keep its waves; empty where they are those of all
-    scenes. No waves lose height to the artificial viscosity; longer steps keep more of them, but pressure has to reach
-    bodies in time (docs/guide/waves.md)."""
+    scenes. No waves lose height to the artificial viscosity; longer steps keep more of them, where they need not be
+    short for another reason (docs/guide/waves.md)."""
     if not isinstance(values, dict):
         return {}
     given, waves, tank, fluid = (_written(values.get(key)) for key in ("numerics", "waves", "tank", "fluid"))
@@ -331,7 +331,8 @@ def wave_numerics(values: object) -> dict:
     waved = values.get("sea") or (kind in LASTING and not rough and not fluid.get("blocks"))
     if not waved or given.get("solver") == "iisph":
         return {}
-    step = {} if rough or given.get("accuracy", "normal") != "normal" else {"mach": 0.3}
+    short = rough or waves.get("absorb")  # pressure has to reach bodies and absorbing pistons in time
+    step = {} if short or given.get("accuracy", "normal") != "normal" else {"mach": 0.3}
     return {"artificial_viscosity": 0.0} | step | given
 
 

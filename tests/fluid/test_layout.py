@@ -9,7 +9,9 @@ from fsi.fluid.gauges import elevation
 from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import PISTON, WALL
 from fsi.particles.layout import build
+from fsi.scene.binding import bind
 from fsi.scene.geometry import cell, mean_spacing, stretch
+from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 
 
@@ -133,3 +135,15 @@ def test_the_last_steps_reach_the_end_without_a_sliver():
         steps.append(to_reach(1.0, time, 0.3))
         time += steps[-1]
     assert time == pytest.approx(1.0, abs=1e-12) and min(steps) > 0.1
+
+
+def test_ground_fills_the_edge_under_walls_that_end_with_the_tank(tmp_path):
+    """Without a wall below, the ground beyond the side walls has no wall particles above it: fluid in the edge would lack a
+    part of its support, and particles would pile up there."""
+    from cases.validation.fluid.still_shapes import planes_scene
+
+    scene = Scene.model_validate({"name": "planes", "spacing": 0.02} | planes_scene(0.02, tmp_path))
+    _, _, ground = bind(scene, "planes")
+    points = Simulation(scene, ground=ground).fluid.boundary
+    under = (points[:, :2] < 0).all(1) & (points[:, 2] < -0.5)
+    assert under.sum() > 50 and points[under, 2].max() > -0.511
