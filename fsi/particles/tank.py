@@ -72,8 +72,8 @@ def _fitted(low: float, high: float, inner: float, outer: float, spacing: float)
 
 
 class Sides:
-    """What the walled sides of the tank that `owner` holds take up: the piston's, or all others. A wall ends with the tank where
-    the next side is open."""
+    """What the walled sides of the tank that `owner` holds take up: the piston's, or all others. A wall ends with the tank
+    where the next side is open."""
 
     def __init__(self, scene: Scene, owner: int):
         tank, piston = scene.tank, moving_sides(scene)
