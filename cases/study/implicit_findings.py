@@ -16,7 +16,7 @@ import numpy as np
 
 import cases
 
-STUDIES = Path(__file__).parents[2] / "examples" / "studies"
+STUDIES = Path("examples/studies")  # from the folder of the project
 GROWTH = 1.6, 2.0  # of the work per halving of xi; 1.78 in the source
 FLAT = 1.2  # largest over smallest of what is called flat
 
@@ -93,7 +93,9 @@ def judged(finding: Finding, folder: Path) -> tuple[bool, list[str]]:
 
 
 def main(folder: Path) -> int:
-    """Print all findings; 1 where one is not as known."""
+    """Print all findings; 1 where one is not as known. SystemExit where the studies are not there."""
+    if not STUDIES.is_dir():
+        raise SystemExit(f"no folder {STUDIES} here; run this in the folder of the project")
     status = 0
     for finding in FINDINGS:
         holds, lines = judged(finding, folder)

@@ -36,7 +36,7 @@ FAULTS = {
         '[waves]\nkind = "regulr"',
         [
             "pool.toml: waves: the kind 'regulr' is not one of focused, irregular, measured, nonlinear, packet, regular, "
-            "solitary, spectrum, table; did you mean regular?"
+            "shallow, solitary, spectrum, table; did you mean regular?"
         ],
     ),
     "not a number": (

@@ -1,5 +1,7 @@
 """What the studies of the implicit scheme are judged by."""
 
+from pathlib import Path
+
 import numpy as np
 
 from cases.study.implicit_findings import FINDINGS, STUDIES, flat, growth, level, optimum
@@ -27,4 +29,5 @@ def test_flat_and_level():
 
 
 def test_each_finding_has_its_study():
-    assert all((STUDIES / f"implicit_{finding.study}.toml").is_file() for finding in FINDINGS)
+    folder = Path(__file__).parents[2] / STUDIES
+    assert all((folder / f"implicit_{finding.study}.toml").is_file() for finding in FINDINGS)
