@@ -60,9 +60,8 @@ class Hull:
         volume = float(wet.sum())
         if volume == 0.0:
             return Buoyancy(0.0, motion.position[b].copy(), 0.0, np.zeros(2))
-        area = (
-            self.size * np.maximum(1.0 - np.abs(height), 0.0) / self.step
-        )  # each column counts once, wherever it is cut
+        cut = np.maximum(1.0 - np.abs(height), 0.0)  # of a column: 1 in all, wherever the level is
+        area = self.size * cut / self.step
         across = place[:, [1, 0]] - (area @ place[:, [1, 0]] / area.sum() if area.any() else 0.0)
         draft = level - float(place[wet > 0.5 * self.size, 2].min(initial=level)) + 0.5 * self.step
         return Buoyancy(volume, wet @ place / volume, draft, area @ across**2)

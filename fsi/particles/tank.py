@@ -79,8 +79,7 @@ class Sides:
         tank, piston = scene.tank, moving_sides(scene)
         walled = {w for w in tank.walls if w[0] in tank.axes and w[0] not in tank.periodic}
         walls = walled & piston if owner == PISTON else walled - piston
-        ends = {w for w in (f"{n}{side}" for n in tank.axes for side in "-+") if w not in walled}
-        ends = {w for w in ends if w[0] not in tank.periodic}
+        ends = {f"{n}{side}" for n in tank.axes if n not in tank.periodic for side in "-+"} - walled
         self._low, self._high = _ends(tank, walls)
         self._first, self._last = _ends(tank, ends)
 

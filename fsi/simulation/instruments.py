@@ -79,13 +79,15 @@ class Instruments(Remembers):
             out["velocity"] = np.array(
                 [self._velocity(place) for m in scene.velocimeters.values() for place in m.places]
             )
+        if self._depths or self._shores or self._floods:
+            own = self._own()
         if self._depths:
-            out["layer_thickness"] = self._depths(self._own(), fluid.reductions)[0]
+            out["layer_thickness"] = self._depths(own, fluid.reductions)[0]
         if self._shores:
-            read = np.array([shore(self._own(), fluid.reductions) for shore in self._shores])
+            read = np.array([shore(own, fluid.reductions) for shore in self._shores])
             out |= {"runup_distance": read[:, 0], "runup_height": read[:, 1]}
         if self._floods:
-            read = np.array([flood(self._own(), fluid.reductions) for flood in self._floods])
+            read = np.array([flood(own, fluid.reductions) for flood in self._floods])
             out |= {"wet_area": read[:, 0], "inundation_depth": read[:, 1]}
         if self.discharge is not None:
             out |= self.discharge.read(time)

@@ -13,7 +13,6 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure
 from cases.validation.theory.separation import first_harmonic, separate, wavenumber_of
-from cases.validation.waves.wavemaker import NUMERICS
 from fsi.fluid.gauges import elevation
 from fsi.simulation.loop import Simulation
 
@@ -52,7 +51,6 @@ def scene(spacing: float, folder) -> dict:
         "duration": START + RECORD,
         "tank": {"min": [0.0, -DEPTH], "max": [round(END / spacing) * spacing, 0.5 * DEPTH]},
         "waves": {"wave_height": HEIGHT * DEPTH, "period": PERIOD, "absorb": True},
-        "numerics": NUMERICS | {"mach": 0.2},  # longer steps delay what the piston feels
     }
 
 
