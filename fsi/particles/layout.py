@@ -9,6 +9,7 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles import hydrostatics
+from fsi.particles.crowded import CLEAR, made_room
 from fsi.particles.filling import Filling, along_the_slope, fillings, free, load, on_the_lattice, uneven
 from fsi.particles.fixed import Surface, joined, unburied
 from fsi.particles.ghosts import Periodic
@@ -21,7 +22,7 @@ from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, 
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
 
-CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
+NORMAL = 0.9  # gradient of the distance to a body, from which on it is a normal
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,9 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         from fsi.particles.sea import under_waves
 
         (position, velocity, pressure), liquid, left_out = under_waves(scene, obstacles), None, ()
+        clear = np.min([solid.clearance(position) for solid in obstacles], axis=0, initial=np.inf)
     else:
-        position, velocity, pressure, liquid, left_out = _fluid(scene, obstacles)
+        position, velocity, pressure, liquid, clear, left_out = _fluid(scene, obstacles)
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
@@ -76,6 +78,9 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
     boundary, normal, owner, source = _boundary(scene, solids)
+    if scene.numerics.wall_guard > 0 and obstacles:
+        near = np.flatnonzero(clear < CLEAR * scene.spacing)
+        position[near] = made_room(position[near], boundary, scene.numerics.wall_guard, scene.spacing)
     if scene.sea and bodies:
         from fsi.particles.sea import check_zones
 
@@ -144,8 +149,8 @@ def _fluid(scene: Scene, solids: list[Solid]):
         kept = (pocket == 0) | (room[pocket] >= spacing)
         if lost := int((~kept).sum()):
             notes += (f"fluid: {lost} particles in sealed gaps narrower than three spacings are left out",)
-    position, velocity, pressure, liquid = (values[kept] for values in (position, velocity, pressure, liquid))
-    return position, velocity, pressure, liquid if scene.liquids else None, notes
+    position, velocity, pressure, liquid, clear = (v[kept] for v in (position, velocity, pressure, liquid, clear))
+    return position, velocity, pressure, liquid if scene.liquids else None, clear, notes
 
 
 def _key(scene: Scene, block: Block) -> str:
@@ -230,7 +235,7 @@ def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray
     rise = [clearance(points + step * axis) - clearance(points - step * axis) for axis in np.eye(points.shape[1])]
     normal = np.stack(rise, axis=1) / (2 * step)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.where(length > CLEAR, normal / np.maximum(length, CLEAR), 0.0)
+    return np.where(length > NORMAL, normal / np.maximum(length, NORMAL), 0.0)
 
 
 def _off_lattice(scene: Scene):
