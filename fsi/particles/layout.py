@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,16 @@ from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles import hydrostatics
 from fsi.particles.crowded import CLEAR, made_room
-from fsi.particles.filling import Filling, along_the_slope, fillings, free, load, on_the_lattice, uneven
+from fsi.particles.filling import (
+    Filling,
+    along_the_slope,
+    fillings,
+    free,
+    load,
+    on_the_lattice,
+    particle_volume,
+    uneven,
+)
 from fsi.particles.fixed import Surface, joined, unburied
 from fsi.particles.ghosts import Periodic
 from fsi.particles.hydrostatics import Cells
@@ -32,7 +42,8 @@ class Layout:
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
     liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
     normal (b, dim): outward normals of the bodies at their boundary particles, 0 elsewhere, None without bodies;
-    depth: height of the fluid [m]; notes: what the user should know; loads (loads, b, dim): see `load_weights`, None without.
+    depth: height of the fluid [m]; volume: that a particle stands for [m3; m2 in two dimensions]; notes: what the user should
+    know; loads (loads, b, dim): see `load_weights`, None without.
     """
 
     position: np.ndarray
@@ -44,6 +55,7 @@ class Layout:
     domain_max: np.ndarray
     depth: float
     notes: tuple[str, ...]
+    volume: float = 1.0
     liquid: np.ndarray | None = None
     glued: np.ndarray | None = None
     normal: np.ndarray | None = None
@@ -59,16 +71,18 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     if scene.sea and scene.sea.start == "waves":
         from fsi.particles.sea import under_waves
 
-        (position, velocity, pressure), liquid, left_out = under_waves(scene, obstacles), None, ()
-        clear = np.min([solid.clearance(position) for solid in obstacles], axis=0, initial=np.inf)
+        (position, velocity, pressure, clear, volume), liquid, left_out = under_waves(scene, obstacles), None, ()
     else:
-        position, velocity, pressure, liquid, clear, left_out = _fluid(scene, obstacles)
+        position, velocity, pressure, liquid, clear, volume, left_out = _fluid(scene, obstacles)
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
             key="fluid",
             fix="raise fluid.still_water_level above the tank's bottom, or add [[fluid.blocks]]",
         )
+    if not scene.closed:  # rows as far apart as the particles' volume has them
+        floor = scene.tank.min[-1]
+        position[:, -1] = floor + (position[:, -1] - floor) * volume / math.prod(cell(scene))
     glued = None
     if gaps:
         glued = np.concatenate([np.full(len(gap.position), owner) for owner, gap in gaps])
@@ -109,6 +123,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         high,
         fluid_height(scene),
         notes,
+        volume,
         liquid,
         glued,
         normal,
@@ -117,22 +132,26 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
 
 
 def _fluid(scene: Scene, solids: list[Solid]):
-    """Blocks of fluid on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`), or
+    """Position, velocity, pressure and liquid of the fluid, its clearance from the solids, the volume of a particle, and notes:
+    blocks on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`), or
     along a slope, without what the solids displace, and without cells that the tank's far walls cut."""
     blocks, spacing, notes = fillings(scene), scene.spacing, ()
-    parts, stand_ins, aligned = [], [], []
+    parts, stand_ins, aligned, cells = [], [], [], 0.0
     for number, (block, liquid) in enumerate(blocks):
         slope = block.angle is not None
         points = along_the_slope(scene, block) if slope else on_the_lattice(scene, block)
         if shaped(block):
             notes += tuple(uneven(scene, _key(scene, block), block, len(points)))
         for kind, of in ((parts, points), (stand_ins, on_the_lattice(scene, block))) if slope else ((parts, points),):
-            of, clear = free(scene, blocks[:number], solids, of)
+            of, clear, left = free(scene, blocks[:number], solids, of)
+            cells += left
             top = region.top(block, of, spacing) if shaped(block) else np.full(len(of), block.max[-1])
             velocity = np.tile(np.zeros(scene.dimension) if block.velocity is None else block.velocity, (len(of), 1))
             kind.append((of, velocity, np.full(len(of), liquid, np.int8), top, clear))
         aligned.append(np.full(len(parts[-1][0]), slope))
     position, velocity, liquid, top, clear = (np.concatenate(values) for values in zip(*parts, strict=True))
+    plain = len(scene.all_liquids) == 1 and not any(shaped(block) or block.angle is not None for block, _ in blocks)
+    volume = particle_volume(scene, cells if plain else len(position), len(position))
     if not stand_ins:
         pressure, pocket = _pressure(scene, blocks, solids, position, liquid, top, clear)
     else:  # the hydrostatic pressure needs columns: those of the tank's lattice, which stand in for particles along a slope
@@ -150,7 +169,7 @@ def _fluid(scene: Scene, solids: list[Solid]):
         if lost := int((~kept).sum()):
             notes += (f"fluid: {lost} particles in sealed gaps narrower than three spacings are left out",)
     position, velocity, pressure, liquid, clear = (v[kept] for v in (position, velocity, pressure, liquid, clear))
-    return position, velocity, pressure, liquid if scene.liquids else None, clear, notes
+    return position, velocity, pressure, liquid if scene.liquids else None, clear, volume, notes
 
 
 def _key(scene: Scene, block: Block) -> str:

@@ -79,16 +79,6 @@ def cell(scene: Scene) -> tuple[float, ...]:
     return tuple(sides)
 
 
-def stretch(scene: Scene) -> float:
-    """Volume of a cell over that of one of the spacing."""
-    return math.prod(side / scene.spacing for side in cell(scene))
-
-
-def mean_spacing(scene: Scene) -> float:
-    """Side of the cube, in two dimensions the square, of the volume that a particle stands for [m]."""
-    return scene.spacing * stretch(scene) ** (1 / scene.dimension)
-
-
 def start(scene: Scene, fixed: bool = False) -> str:
     """What the scene starts from: "hydrostatic", "converged" or "zero" pressure, or "settled". A block with a free side has no
     hydrostatic pressure once it is let go, and with that a dam break would gain energy. Water that meets a bathymetry or
