@@ -54,8 +54,8 @@ class Layout:
     domain_min: np.ndarray
     domain_max: np.ndarray
     depth: float
+    volume: float
     notes: tuple[str, ...]
-    volume: float = 1.0
     liquid: np.ndarray | None = None
     glued: np.ndarray | None = None
     normal: np.ndarray | None = None
@@ -81,8 +81,10 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
             fix="raise fluid.still_water_level above the tank's bottom, or add [[fluid.blocks]]",
         )
     if not scene.closed:  # rows as far apart as the particles' volume has them
-        floor = scene.tank.min[-1]
-        position[:, -1] = floor + (position[:, -1] - floor) * volume / math.prod(cell(scene))
+        rise = (position[:, -1] - scene.tank.min[-1]) * (volume / math.prod(cell(scene)) - 1.0)
+        position[:, -1] += rise
+        if start(scene) != "zero":
+            pressure = np.maximum(0.0, pressure - scene.fluid.density * scene.gravity * rise)
     glued = None
     if gaps:
         glued = np.concatenate([np.full(len(gap.position), owner) for owner, gap in gaps])
@@ -122,8 +124,8 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         low,
         high,
         fluid_height(scene),
-        notes,
         volume,
+        notes,
         liquid,
         glued,
         normal,

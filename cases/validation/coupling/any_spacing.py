@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.validation.coupling import models
-from cases.validation.engine.case import Case, Measure
+from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.engine.several import runs
 
 DEPTH, LENGTH, DURATION, SERIES = 0.4, 1.6, 4.0, 20
@@ -84,5 +84,6 @@ CASES = {
         reasons="Particles at rest keep the order of their lattice, which bears some shear: the rows under a flat bottom"
         " hold it up or let it down by up to 0.15 spacings, a round one by a third of that.",
         run=runs(variants, Afloat, judge),
+        fails_when=dict.fromkeys(("volume", "level", "box", "cylinder"), Wrong("a lattice that solids cut, unmended", 0.19)),
     )
 }  # fmt: skip
