@@ -149,7 +149,7 @@ def test_ground_fills_the_edge_under_walls_that_end_with_the_tank(tmp_path):
     assert under.sum() > 50 and points[under, 2].max() > -0.511
 
 
-class Ball:
+class HalfSunk:
     """A solid in the middle of a tank 1 m long, half under water."""
 
     def boundary(self, spacing, layers):
@@ -162,6 +162,6 @@ class Ball:
 @pytest.mark.parametrize("rows", [15, 16.3, 17.7, 21.1, 25.9])
 def test_particles_stand_for_the_water_that_solids_leave(rows):
     spacing = 0.5 / rows
-    layout = build(still_tank(spacing=spacing), ground=Ball())
+    layout = build(still_tank(spacing=spacing), ground=HalfSunk())
     water = 1.0 * 0.5 - 0.5 * np.pi * 0.15**2
     assert len(layout.position) * layout.volume == pytest.approx(water, abs=0.02 * spacing * 1.0)
