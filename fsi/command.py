@@ -200,7 +200,7 @@ def check(
         int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
     ] = 0,
     periods: Annotated[
-        bool, typer.Option("--periods", help="Run a step for the natural periods of the bodies.")
+        bool, typer.Option("--periods", help="The natural periods of the bodies too, by potential flow.")
     ] = False,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
     ranks: Arrangement = None,

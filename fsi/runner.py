@@ -213,7 +213,7 @@ def check(
     if periods:
         from fsi.periods import natural_periods
 
-        natural = natural_periods(scene, label, threads)
+        natural = natural_periods(scene, label)
     return {
         "scene": scene,
         "estimate": cost,
