@@ -128,10 +128,28 @@ def test_a_half_immersed_ball_has_half_the_added_mass_of_a_whole_one(tmp_path):
         )
     )
     tank = {"min": (-1.5, -1.5, -1.5), "max": (1.5, 1.5, 0.4)}
-    scene = fsi.Scene(dimension=3, spacing=0.06, duration=1.0, tank=tank, bodies={"ball": {"mjcf": tmp_path / "ball.xml"}})
+    scene = fsi.Scene(
+        dimension=3, spacing=0.06, duration=1.0, tank=tank, bodies={"ball": {"mjcf": tmp_path / "ball.xml"}}
+    )
     [period] = fsi.check(scene, periods=True)["natural_periods"].values()
     water, stiffness = 1000 * 2 / 3 * math.pi * 0.3**3, 1000 * 9.81 * math.pi * 0.3**2
     assert period == pytest.approx(2 * math.pi * math.sqrt(1.5 * water / stiffness), rel=0.02)
+
+
+def test_a_thin_geom_between_whole_spacings_is_told(scene):
+    """A plate of 2.5 spacings carries particles for two: held under still water it is lifted by 0.83 of Archimedes' force, and
+    by 1.00 of it with the standing pressure apart."""
+
+    def said(spacing, **numerics):
+        made = scene(density=1000, z=-0.4).model_copy(update={"spacing": spacing})
+        file = made.bodies["box"].mjcf
+        file.write_text(file.read_text().replace('size="0.2 0.15 0.1"', 'size="0.2 0.15 0.05"'))
+        made = made.model_copy(update={"numerics": made.numerics.model_copy(update=numerics)})
+        return [note for note in load(made).notes if "buoyancy" in note]
+
+    [note] = said(0.04)
+    assert "geom 'box' is 2.5 spacings thick" in note and "80 %" in note and "a spacing of 0.0333 m" in note
+    assert said(0.04, standing_pressure="apart") == said(0.05) == said(0.1 / 3) == said(0.015) == []
 
 
 def test_narrow_water_is_told(scene):
