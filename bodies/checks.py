@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from bodies.mjcf import GEOM, name_of
-from bodies.shapes.primitives import Placed
+from bodies.shapes.primitives import Box, Cylinder, Placed
 from bodies.sizes import units
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, WALL
@@ -136,14 +136,15 @@ def _thin(label: str, solid: Placed, spacing: float) -> list[str]:
 
 
 def lift(solids: Owned, labels: Sequence[str], scene: Scene) -> list[str]:
-    """Notes on moving geoms whose boundary particles stand for another volume than theirs: each stands for spacing**dim, which
-    under the pressure of all around it is what the fluid lifts. From `THICK` spacings on it feels the surface alone."""
+    """Notes on moving boxes and cylinders whose boundary particles stand for another volume than theirs: each
+    stands for spacing**dim, which is what the fluid lifts where its kernel reaches through. From `THICK` spacings on the
+    surface alone counts."""
     if scene.numerics.standing_pressure == "apart" or scene.single_layer or not scene.gravity:
         return []
     notes, dr = [], scene.spacing
     for label, (owner, solid) in zip(labels, solids, strict=True):
         thickness = solid.shape.thickness(dr)
-        if owner < FIRST_BODY or thickness > THICK * dr:
+        if owner < FIRST_BODY or not isinstance(solid.shape, Box | Cylinder) or thickness > THICK * dr:
             continue
         volume = float(cells([solid], CELLS)[1].sum())
         share = len(solid.sampled(dr, scene.layers)) * dr**scene.dimension / volume
@@ -152,8 +153,8 @@ def lift(solids: Owned, labels: Sequence[str], scene: Scene) -> list[str]:
             finer = thickness / (whole if whole * dr > thickness * (1 + 1e-6) else whole + 1)
             exact = "" if scene.liquids else 'numerics.standing_pressure = "apart" makes it exact, '
             notes.append(
-                f"geom {label!r} is {thickness / dr:.3g} spacings thick: its particles stand for {100 * share:.0f} % of its volume, "
-                f"and about so much of its buoyancy acts where it is all under water; {exact}a spacing of {finer:.3g} m better"
+                f"geom {label!r} is {thickness / dr:.3g} spacings thick: its particles stand for {100 * share:.0f} % of its "
+                f"volume, and about so much of its buoyancy acts where it is all under water; {exact}a spacing of {finer:.3g} m better"
             )
     return notes
 

@@ -160,6 +160,17 @@ def test_narrow_water_is_told(scene):
     assert "narrower than 4 spacings (0.1 m)" in line and "a spacing of 0.01" in line
 
 
+def test_narrow_water_under_a_fixed_geom_is_told(scene):
+    stands = scene(joint="", z=-0.6 + 0.1)
+    hangs = scene(joint="", z=-0.6 + 0.1 + 0.05)
+    wet = '<custom><tuple name="wet"><element objtype="geom" objname="box"/></tuple></custom><worldbody>'
+    file = stands.bodies["box"].mjcf
+    file.write_text(file.read_text().replace("<worldbody>", wet))
+    assert narrow(stands, load(stands), None) == []
+    [line] = narrow(hangs, load(hangs), None)
+    assert line.startswith("geom 'box': the water at") and "narrower than 4 spacings" in line
+
+
 def test_masses_of_bodies_of_one_tree_are_told_apart(scene):
     """A float on a slide of a wet plate, with a dry weight on it: Archimedes holds for each."""
     inner = (
