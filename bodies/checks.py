@@ -152,10 +152,9 @@ def lift(solids: Owned, labels: Sequence[str], scene: Scene) -> list[str]:
             whole = max(2, round(thickness / dr))
             finer = thickness / (whole if whole * dr > thickness * (1 + 1e-6) else whole + 1)
             exact = "" if scene.liquids else 'numerics.standing_pressure = "apart" makes it exact, '
-            notes.append(
-                f"geom {label!r} is {thickness / dr:.3g} spacings thick: its particles stand for {100 * share:.0f} % of its "
-                f"volume, and about so much of its buoyancy acts where it is all under water; {exact}a spacing of {finer:.3g} m better"
-            )
+            thin = f"geom {label!r} is {thickness / dr:.3g} spacings thick: particles stand for {100 * share:.0f} % of it"
+            fix = f"{exact}a spacing of {finer:.3g} m better"
+            notes.append(f"{thin}, and about so much of its buoyancy acts where it is all under water; {fix}")
     return notes
 
 

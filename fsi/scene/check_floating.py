@@ -63,8 +63,8 @@ def afloat(scene: Scene, hydrostatics: dict) -> list[str]:
 
 
 def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[str]:
-    """Water beside a body or a fixed geom in which no ball of `SPACINGS` fits: gaps to walls and to other bodies, columns within
-    it. A corner is not narrow: told is what goes deeper than that into the water, from where such a ball does fit."""
+    """Water beside a body or a fixed geom in which no ball of `SPACINGS` fits: gaps to walls and to other bodies, columns
+    within it. A corner is not narrow: told is what goes deeper than that into the water, from where such a ball does fit."""
     if not bodies or scene.fluid.blocks:
         return []
     solids = [(owner, solid) for owner, solid in bodies.solids() if hasattr(solid, "bounds")]

@@ -132,7 +132,8 @@ def bed_at_piston(scene: Scene, ground: Solid | None) -> list[str]:
     bed = level - depth * (1 - covered)
     return [
         f"tank.bathymetry: at the piston the bed lies at z = {bed:.3g} m, {covered * depth:.2g} m over the tank's floor: "
-        f"the waves are made for {depth:.3g} m of water where there are {level - bed:.3g} m; set tank.min[{len(low) - 1}] = {bed:.3g}"
+        f"the waves are made for {depth:.3g} m of water where there are {level - bed:.3g} m; "
+        f"set tank.min[{len(low) - 1}] = {bed:.3g}"
     ]
 
 
