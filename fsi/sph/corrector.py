@@ -76,7 +76,8 @@ def make_corrector(
         (force, sparse, outward, nearest), r_i = sums, mine[2]
         return force / r_i, sparse, outward, nearest
 
-    passes = ((ALL, pair),) + ((FLUID, surface_pair),) * edged + ((WALLS, wall_pair),) * guarded
+    by_fluid, by_walls = (surface_pair,) * edged, (wall_pair,) * guarded
+    passes = ((FLUID, pair, *by_fluid), (WALLS, pair, *by_walls)) if by_fluid or by_walls else ((ALL, pair),)
     finish = make_advance(dim, guarded, sponge, shifted, dense, surface)
     return over_pairs(
         "correct", (lanes, dim, guarded, sponge, shifted, dense, surface), start=start,

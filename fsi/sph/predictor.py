@@ -146,7 +146,8 @@ def make_predictor(
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
+    by_fluid, by_walls = (fluid_pair,) * (artificial or free_slip), (wall_pair,) * surface
+    passes = ((FLUID, pair, *by_fluid), (WALLS, pair, *by_walls)) if by_fluid or by_walls else ((ALL, pair),)
     return over_pairs(
         "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
