@@ -206,7 +206,7 @@ def _peak(spacing: float, h: float, dim: int) -> float:
 
 @exact
 def _mean_pressure(position, pressure, point, h, rho_g):
-    last, total, sum_ = position.shape[1] - 1, 0.0, 0.0
+    last, total, sum_, over = position.shape[1] - 1, 0.0, 0.0, False
     for i in range(position.shape[0]):
         r2 = 0.0
         for d in range(last + 1):
@@ -215,10 +215,12 @@ def _mean_pressure(position, pressure, point, h, rho_g):
             weight = kernel(1 - 0.5 * math.sqrt(r2) / h)
             total += weight
             sum_ += weight * (pressure[i] + rho_g * (position[i, last] - point[last]))
-    return sum_ / total if total > 0 else 0.0
+            over = over or position[i, last] > point[last]
+    return sum_ / total if total > 0 and (over or sum_ > 0) else 0.0
 
 
 def pressure_at(position, pressure, point, h: float, rho_g: float) -> float:
     """Pressure [Pa] at a point from the fluid within the kernel's support, its hydrostatic gradient included
-    (Adami et al. 2012, eq. 27, for a wall at rest); 0 where there is no fluid."""
+    (Adami et al. 2012, eq. 27, for a wall at rest); 0 where there is no fluid, and in the air over it, where the gradient goes
+    on below zero."""
     return _mean_pressure(position, pressure, point, h, rho_g)

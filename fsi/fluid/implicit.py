@@ -95,7 +95,7 @@ class ImplicitFluid(Fluid):
         self.rheology, self._stiff = None, False
         self.solids = WeightedWalls(scene, self.grid, layout, self.k, self.dtype, self.team, self.reductions, friction)
         self.work = Workspace(
-            scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
+            scene, b, self.dtype, lambda n, b: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=True, varies=True, dense=False, two_fields=False,
         )  # fmt: skip
         self.work.reserve(self.halo.expected(self.count))
