@@ -153,7 +153,7 @@ class HalfSunk:
     """A solid in the middle of a tank 1 m long, half under water."""
 
     def boundary(self, spacing, layers):
-        return np.zeros((1, 2)) + [0.5, 0.0]
+        return np.array([[0.5, 0.0]])
 
     def clearance(self, points):
         return np.hypot(points[:, 0] - 0.5, points[:, 1]) - 0.15
