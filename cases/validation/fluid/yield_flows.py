@@ -108,6 +108,7 @@ def incline(spacing: float, folder) -> dict:
             "still_water_level": DEPTH,
             "acceleration": [9.81 * math.sin(SLOPE), 0.0],
         },
+        "numerics": {"artificial_viscosity": 0.0, "shifting": 0.05},
     }
 
 
