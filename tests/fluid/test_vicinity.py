@@ -36,7 +36,8 @@ def column(dimension: int) -> Scene:
     gauge = {"x": 0.55} | ({} if dimension == 2 else {"y": 0.2})
     return Scene.model_validate(
         {
-            "dimension": dimension, "spacing": 0.05 if dimension == 3 else 0.02, "duration": 0.4, "tank": {"min": low, "max": high},
+            "dimension": dimension, "spacing": 0.05 if dimension == 3 else 0.02, "duration": 0.4,
+            "tank": {"min": low, "max": high},
             "fluid": {"blocks": [{"min": low, "max": end}]}, "gauges": {"near": gauge},
         }
     )  # fmt: skip
