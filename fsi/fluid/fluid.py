@@ -63,6 +63,7 @@ class Fluid:
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = width(self.dtype)
         self.k = self._scalars(layout)
+        self.mean_spacing = layout.volume ** (1 / self.dim)  # side of the cube of a particle's volume [m], in 2D the square
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
@@ -109,7 +110,7 @@ class Fluid:
 
     def _scalars(self, layout: Layout):
         """The scalars of the scheme, for `k`."""
-        return sweep_constants(self.scene, layout.depth, self.dtype)
+        return sweep_constants(self.scene, layout, self.dtype)
 
     def _compose(self, layout: Layout) -> None:
         """Make the parts that depend on what the scene has, and compile what it needs."""
