@@ -70,6 +70,8 @@ class Vicinity:
     def holds(self, fluid: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Whether it holds the places (b, dim), for fluid at (n, dim)."""
         grid, found = (self._low, self._side), np.empty(len(places), bool)
+        if not len(places):
+            return found
         self._cells[:] = FAR
         self._team.run(_mark, whole(len(fluid)), fluid, *grid, self._wide, self._cells)
         self._team.run(_look_up, whole(len(places)), places, *grid, self._cells, found)
