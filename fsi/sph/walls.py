@@ -170,15 +170,17 @@ def _project(vector, normal):
 
 @exact
 def lift_of(
-    counter, bounds, position, normal, owner, centre, acceleration, twist, body_force, density, shepard, first, lift
-):
+    counter, bounds, order, position, normal, owner, centre, still, acceleration, twist, body_force, density, shepard,
+    first, lift,
+):  # fmt: skip
     """lift (b, m) = rho (g - a_b) . sum r_j W x_bj, g = body_force (DIM,), for each column m of accelerations (m, owners, 6)
-    of the owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r). The sum
-    is in the columns of `shepard` from `first` on.
+    of the owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r), 0 of those
+    that are `still` (owners,). The sum is in the columns of `shepard` from `first` on.
 
-    Where there is a `normal` (b, DIM), that of a body, a_b counts along it alone, as dp/dn = rho (g - a_b) . n says: a side
-    that slides along itself moves no fluid. All of a_b would drive the water line along the side of a heaving spar, because
-    there is fluid only below it and the sum points down: the spar had twice its resistance and 1.3 times its added mass."""
+    Where there is a normal[order[b]] (DIM,), that of a body, a_b counts along it alone, as dp/dn = rho (g - a_b) . n says: a
+    side that slides along itself moves no fluid. All of a_b would drive the water line along the side of a heaving spar,
+    because there is fluid only below it and the sum points down: the spar had twice its resistance and 1.3 times its added
+    mass."""
     dim = position.shape[1]
     r, s, lever = np.zeros(3), np.zeros(3), np.zeros(dim)
     while True:
@@ -187,18 +189,21 @@ def lift_of(
             break
         for b in range(bounds[c], bounds[c + 1]):
             o = owner[b]
+            level = 0.0
+            for d in range(dim):
+                lever[d] = shepard[b, first + d]
+                level += body_force[d] * lever[d]
+            if still[o]:
+                lift[b] = density * level
+                continue
             w = twist[o, 3:]
             for d in range(dim):
                 axis = 2 if d == dim - 1 else d
                 r[axis] = position[b, d] - centre[o, axis]
             for d in range(3):
                 s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
-            level = 0.0
-            for d in range(dim):
-                lever[d] = shepard[b, first + d]
-                level += body_force[d] * lever[d]
             if normal.shape[0] > 0:
-                _project(lever, normal[b])
+                _project(lever, normal[order[b]])
             for m in range(acceleration.shape[0]):
                 a = acceleration[m, o]
                 total = level

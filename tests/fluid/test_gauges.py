@@ -132,7 +132,7 @@ def test_the_cells_around_a_vertical_hold_all_that_counts(dimension, periodic):
     rest = SimpleNamespace(count=0, sort=unsorted)
     whole = SimpleNamespace(
         scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest, reductions=fluid.reductions,
-        particles=fluid.particles,
+        particles=fluid.particles, mean_spacing=fluid.mean_spacing,
     )  # fmt: skip
     assert [surface(p) for p in points] == [Surface(whole)(p) for p in points]
     if periodic:  # the first frame is read while there are ghosts beyond the ends
