@@ -2,13 +2,16 @@
 
 import math
 import re
+from contextlib import nullcontext
 
 import pytest
 
 import fsi
 from bodies import load
 from fsi.errors import SceneError
+from fsi.particles.instruments import check_instruments
 from fsi.scene.check_floating import afloat, floating_lines, narrow
+from fsi.scene.instruments import FluxPlane
 
 BOX = """
 <mujoco>
@@ -169,6 +172,19 @@ def test_narrow_water_under_a_fixed_geom_is_told(scene):
     assert narrow(stands, load(stands), None) == []
     [line] = narrow(hangs, load(hangs), None)
     assert line.startswith("geom 'box': the water at") and "narrower than 4 spacings" in line
+
+
+def test_a_flux_plane_inside_a_fixed_geom_is_refused(scene):
+    """Its discharge would be nought for ever."""
+    made = scene(joint="", z=-0.5)
+    file = made.bodies["box"].mjcf
+    wet = '<custom><tuple name="wet"><element objtype="geom" objname="box"/></tuple></custom><worldbody>'
+    file.write_text(file.read_text().replace("<worldbody>", wet))
+    for low, high, refused in ((-0.58, -0.42, True), (-0.58, -0.2, False)):
+        solids = load(made).solids()
+        placed = made.model_copy(update={"fluxes": {"crest": FluxPlane(min=(0.0, low), max=(0.0, high))}})
+        with pytest.raises(SceneError, match=r"fluxes\.crest: lies inside a solid") if refused else nullcontext():
+            check_instruments(placed, solids)
 
 
 def test_masses_of_bodies_of_one_tree_are_told_apart(scene):

@@ -54,7 +54,9 @@ def test_level_and_volume_are_right_at_any_spacing(dim):
         assert len(layout.position) * np.prod(side) == pytest.approx(depth * length ** (dim - 1), rel=1e-3)
         assert layout.position[:, -1].max() + 0.5 * side[-1] == pytest.approx(0.0, abs=0.02 * spacing)
         assert layout.pressure.min() == pytest.approx(9810 * 0.5 * side[-1], rel=0.05)
-        surface = elevation(layout.position, (0.5 * length,) * (dim - 1), layout.volume ** (1 / dim), scene.smoothing_length)
+        surface = elevation(
+            layout.position, (0.5 * length,) * (dim - 1), layout.volume ** (1 / dim), scene.smoothing_length
+        )
         assert surface == pytest.approx(0.0, abs=0.02 * spacing)
         assert not layout.notes
 
