@@ -20,8 +20,9 @@ PROBES = 64  # points of a shell that are looked up in another
 @dataclass
 class Shells:
     """`parts`: triangles (m, 3), facing outwards, of the shells that bound the solid; `hollow`: the same, each with the shells
-    of cavities in it and of what is in those; `cavity`: volume that shells within them enclose [m3], which no fluid reaches; `overlap`: a place where parts share volume, `crossing`: one where a shell
-    runs through itself; `twice`: volume that parts within parts count again [m3]."""
+    of cavities in it and of what is in those; `cavity`: volume that shells within them enclose [m3], which no fluid reaches;
+    `overlap`: a place where parts share volume, `crossing`: one where a shell runs through itself; `twice`: volume that parts
+    within parts count again [m3]."""
 
     parts: list[np.ndarray] = field(default_factory=list)
     hollow: list[np.ndarray] = field(default_factory=list)
