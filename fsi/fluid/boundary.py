@@ -9,7 +9,7 @@ from fsi.compute.lanes import width
 from fsi.compute.reduce import Reductions
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
-from fsi.fluid.workspace import MORE_BOUNDARY
+from fsi.fluid.workspace import MORE_BOUNDARY, PADDING
 from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
@@ -129,10 +129,10 @@ class BoundaryParticles:
             twist = np.einsum("oi,oij->oj", twist, self._smooth)
         if b:
             still = ~(accelerations.any((0, 2)) | twist[:, 3:].any(1))
-            normal = np.empty((0, self.dim)) if self._placed.normal is None else self._placed.normal
+            normal, first = self._placed.normal, len(self._placed.owner) - len(self._placed.normal)
             self.team.run(
-                walls.lift_of, whole(b), self.order, self.position, normal, self.owner, self._centre, still, accelerations,
-                twist, body_force, self._density, self.shepard, columns.shepard(self.dim).lever, lift,
+                walls.lift_of, whole(b), self.order, self.position, normal, first, self.owner, self._centre, still,
+                accelerations, twist, body_force, self._density, self.shepard, columns.shepard(self.dim).lever, lift,
             )  # fmt: skip
 
     def extrapolate(self, rows: np.ndarray, response: LinearResponse | None = None) -> None:
@@ -150,13 +150,17 @@ class BoundaryParticles:
     def press(self, rows: np.ndarray, values: np.ndarray, column: int, columns: int, least: int = 1) -> np.ndarray:
         """Wrenches (m, owners, 6) of the pressures in so many columns of `values` from `column` on; positions are those of
         `rows`. Owners below `least` are left out."""
-        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces(columns)
-        if self.count:
-            self.team.run(
-                walls.make_force(self.lanes, self.dim, column, columns), self.near.bounds, self.near.groups, self.first,
-                rows, values, self._counted[: self.count], least, forces, self.k,
-            )  # fmt: skip
-        self._add(forces, wrench, least)
+        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces()
+        end, kernel = self.first + self.count, walls.make_force(self.lanes, self.dim)
+        pressures = np.zeros((end + PADDING, 1), self._dtype)
+        for m in range(columns):
+            if self.count:
+                pressures[:end, 0] = values[:end, column + m]
+                self.team.run(
+                    kernel, self.near.bounds, self.near.groups, self.first, rows, pressures, self._counted[: self.count],
+                    least, forces[0], self.k,
+                )  # fmt: skip
+            self._add(forces, wrench[m : m + 1], least)
         return self.smoothed(wrench)
 
     def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
@@ -164,7 +168,7 @@ class BoundaryParticles:
         wrench = np.zeros((self.owners, 6))
         if not self._drag:
             return wrench
-        forces = self._forces(1)
+        forces = self._forces()
         if self.count:
             self.team.run(
                 self._drag, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least,
@@ -207,11 +211,11 @@ class BoundaryParticles:
         """The wrenches (..., owners, 6), without the moment that no smooth body of their shape would get."""
         return wrench if self._smooth is None else np.einsum("oij,...oj->...oi", self._smooth, wrench)
 
-    def _forces(self, columns: int) -> np.ndarray:
-        """Room for that many forces on each boundary particle."""
-        if len(self._force) < columns:
-            self._force = np.zeros((columns, len(self.position), self.dim))
-        return self._force[:columns]
+    def _forces(self) -> np.ndarray:
+        """Room (1, b, dim) for a force on each boundary particle."""
+        if not len(self._force):
+            self._force = np.zeros((1, len(self.position), self.dim))
+        return self._force
 
     def _add(self, forces: np.ndarray, wrenches: np.ndarray, least: int) -> None:
         """Add forces (m, b, dim) to the wrenches (m, owners, 6) of the owners from `least` on."""

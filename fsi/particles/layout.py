@@ -41,7 +41,7 @@ class Layout:
 
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
     liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
-    normal (b, dim): outward normals of the bodies at their boundary particles, 0 elsewhere, None without bodies;
+    normal (m, dim): outward normals of the bodies at their boundary particles, the last m, None without bodies;
     depth: height of the fluid [m]; volume: that a particle stands for [m3; m2 in two dimensions]; notes: what the user should
     know; loads (loads, b, dim): see `load_weights`, None without.
     """
@@ -217,8 +217,8 @@ def _off_cells(scene: Scene, blocks: list[Filling], cells: list, found: tuple, p
 
 
 def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
-    """Boundary particles (n, dim), the outward normals (n, dim) of bodies, owners (n,), by which they are sorted, and the
-    number (n,) of the solid that each is of, -1 for the tank's walls."""
+    """Boundary particles (n, dim), the outward normals (m, dim) of those of bodies, owners (n,), by which they are sorted, and
+    the number (n,) of the solid that each is of, -1 for the tank's walls."""
     points, owners = wall_particles(scene)
     clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
     fixed = [n for n, (owner, _) in enumerate(solids) if owner == WALL]
@@ -239,11 +239,11 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
     source = np.concatenate([np.full(len(points), -1), *(np.full(len(c), n) for n, c in enumerate(clouds))])
     order = np.argsort(owner, kind="stable")
     boundary, owner, source = boundary[order], owner[order].astype(np.int32), source[order]
-    normal = np.zeros_like(boundary) if owner.max(initial=0) >= FIRST_BODY else None
+    normals = []
     for body in np.unique(owner[owner >= FIRST_BODY]):
         own = [solid for its_owner, solid in solids if its_owner == body]
-        normal[owner == body] = _normals(own, boundary[owner == body], 0.1 * scene.spacing)
-    return boundary, normal, owner, source
+        normals.append(_normals(own, boundary[owner == body], 0.1 * scene.spacing))
+    return boundary, np.concatenate(normals) if normals else None, owner, source
 
 
 def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray:

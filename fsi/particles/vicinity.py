@@ -11,11 +11,14 @@ from fsi.compute.lanes import claim
 from fsi.compute.team import Team
 from fsi.particles.cells import whole
 
+FAR, NEAR, HELD = 0, 1, 2  # of a cell: it holds fluid, or one nearby does, or none
+
 
 @exact
-def _mark(counter, bounds, position, low, side, marked):
-    """Mark the cells that hold particles; `marked` has three axes, the last ones 1 long where there are fewer."""
-    dim, place = position.shape[1], np.zeros(3, np.int64)
+def _mark(counter, bounds, position, low, side, wide, cells):
+    """Mark the cells that hold particles, and those up to `wide` cells from them. `cells` has three axes, the last one 1 long
+    in two dimensions. Threads that write at once write what one of them would have."""
+    dim, place, first, end = position.shape[1], np.zeros(3, np.int64), np.zeros(3, np.int64), np.ones(3, np.int64)
     while True:
         c = claim(counter)
         if c >= bounds.size - 1:
@@ -24,15 +27,22 @@ def _mark(counter, bounds, position, low, side, marked):
             inside = True
             for d in range(dim):
                 x = (position[i, d] - low[d]) / side
-                inside &= 0.0 <= x < marked.shape[d]
+                inside &= 0.0 <= x < cells.shape[d]
                 place[d] = int(x) if inside else 0
-            if inside:
-                marked[place[0], place[1], place[2]] = 1
+            if not inside or cells[place[0], place[1], place[2]] == HELD:
+                continue
+            for d in range(dim):
+                first[d], end[d] = max(0, place[d] - wide), min(cells.shape[d], place[d] + wide + 1)
+            for a in range(first[0], end[0]):
+                for b in range(first[1], end[1]):
+                    for e in range(first[2], end[2]):
+                        cells[a, b, e] = max(cells[a, b, e], NEAR)
+            cells[place[0], place[1], place[2]] = HELD
 
 
 @exact
-def _look_up(counter, bounds, position, low, side, marked, found):
-    """Whether the cells of places are marked; those outside stand for the nearest ones."""
+def _look_up(counter, bounds, position, low, side, cells, found):
+    """Whether places are in cells near the fluid; those outside stand for the nearest cells."""
     dim, place = position.shape[1], np.zeros(3, np.int64)
     while True:
         c = claim(counter)
@@ -40,32 +50,29 @@ def _look_up(counter, bounds, position, low, side, marked, found):
             break
         for i in range(bounds[c], bounds[c + 1]):
             for d in range(dim):
-                place[d] = min(max(int((position[i, d] - low[d]) / side), 0), marked.shape[d] - 1)
-            found[i] = marked[place[0], place[1], place[2]]
+                place[d] = min(max(int((position[i, d] - low[d]) / side), 0), cells.shape[d] - 1)
+            found[i] = cells[place[0], place[1], place[2]] != FAR
 
 
 class Vicinity:
-    """All within `reach` [m] of the fluid, and some farther off, in cells that are no more than `most`; low, high (dim,): the
-    box that the fluid may be in."""
+    """All within `reach` [m] of the fluid, and some up to half as far again, in cells of half the reach; larger ones where
+    they would be more than `most`. low, high (dim,): the box that the fluid may be in."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, reach: float, most: float, team: Team):
-        self._team, self._side = team, reach / 4
-        while math.prod((high - low) / self._side + 2) > most and self._side < reach:
+        self._team, self._side = team, reach / 2
+        while math.prod((high - low) / self._side + 2) > most:
             self._side *= 2
         self._wide = math.ceil(reach / self._side)
         self._low = low - (self._wide + 1) * self._side
         cells = ((high - self._low) / self._side).astype(int) + self._wide + 2
-        self._marked = np.zeros([*cells, 1][:3], np.uint8)
+        self._cells = np.zeros([*cells, 1][:3], np.uint8)
 
     def holds(self, fluid: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Whether it holds the places (b, dim), for fluid at (n, dim)."""
-        marked, found = self._marked, np.empty(len(places), bool)
-        marked[:] = 0
-        self._team.run(_mark, whole(len(fluid)), fluid, self._low, self._side, marked)
-        for axis in range(len(self._low)):
-            along = np.moveaxis(marked, axis, 0)
-            for _ in range(self._wide):
-                beside = along[:-2] | along[2:]
-                along[1:-1] |= beside
-        self._team.run(_look_up, whole(len(places)), places, self._low, self._side, marked, found)
+        grid, found = (self._low, self._side), np.empty(len(places), bool)
+        if not len(places):
+            return found
+        self._cells[:] = FAR
+        self._team.run(_mark, whole(len(fluid)), fluid, *grid, self._wide, self._cells)
+        self._team.run(_look_up, whole(len(places)), places, *grid, self._cells, found)
         return found

@@ -84,9 +84,9 @@ def shepard(dim: int) -> Columns:
 
 @cache
 def pair_law(dim: int) -> Columns:
-    """Of a fluid particle, for the viscosity of its pairs: the velocity gradient row by row, the viscosity [Pa s] at its own
-    shear rate, the confining pressure [Pa] and the number of its liquid."""
-    return Columns(first=dim, second=dim * (dim == 3), last=dim, mu=1, confined=1, kind=1)
+    """Of a fluid particle, for the viscosity of its pairs: the velocity gradient row by row, the filled part of its support,
+    the viscosity [Pa s] at its own shear rate, the confining pressure [Pa] and the number of its liquid."""
+    return Columns(first=dim, second=dim * (dim == 3), last=dim, filled=1, mu=1, confined=1, kind=1)
 
 
 @cache

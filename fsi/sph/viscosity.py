@@ -33,6 +33,7 @@ TINY = 1e-12  # shear rate [1/s] below which there is none
 WELL_SPREAD = (
     0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
 )
+LEAST_FILLED = 0.85  # part of the support that counts as filled at the least where pairs share what is missing
 
 
 @helper()
@@ -101,7 +102,7 @@ def make_shear(lanes: int, dim: int, no_slip: bool, keep: str = ""):
     L, DIM, Z = lanes, dim, dim - 1
     X, U, MU = columns.flow(dim).of("x u mu")
     RATE = DIM * DIM  # after the rows of the tensor, as in `fsi.sph.eddies.strain`
-    OWN, CONFINED, KIND = columns.pair_law(dim).of("mu confined kind")
+    FILLED, OWN, CONFINED, KIND = columns.pair_law(dim).of("filled mu confined kind")
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
@@ -146,6 +147,8 @@ def make_shear(lanes: int, dim: int, no_slip: bool, keep: str = ""):
                 kept[i, RATE] = rate[i]
             else:
                 kept[i, OWN], kept[i, CONFINED], kept[i, KIND] = flow[i, MU], pressure, q
+                moment = M[0, 0] + M[Z, Z] + (M[1, 1] if DIM == 3 else 0.0)
+                kept[i, FILLED] = max(LEAST_FILLED, moment / DIM)
 
     return over_pairs(
         "shear", (lanes, dim, no_slip, keep), takes="flow kind confined laws rate kept k",
