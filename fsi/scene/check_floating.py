@@ -13,6 +13,7 @@ from fsi.scene.model import Scene
 SPACINGS = 4  # across a gap, that a flow through it needs
 CORNER = 3  # spacings from the middle of a ball to the corner that it touches
 HEEL = 2.0  # degrees from the pose as drawn that are told
+NEUTRAL = 0.003  # of its mass, to which what a body displaces is known
 MOST = 1_000_000  # cells that are looked at
 
 
@@ -51,7 +52,9 @@ def afloat(scene: Scene, hydrostatics: dict) -> list[str]:
             fix = "compare its mass with what it displaces"
             lines.append(f"body {name!r} finds no rest in still water: it sinks, or turns for ever; {fix}")
             continue
-        rise, heel = poses["rest"]["rise"], poses["rest"]["heel"] - poses["drawn"]["heel"]
+        drawn, rise, heel = poses["drawn"], poses["rest"]["rise"], poses["rest"]["heel"] - poses["drawn"]["heel"]
+        if abs(drawn["displaced_mass"] - drawn["mass"]) < NEUTRAL * drawn["mass"]:
+            rise = 0.0  # under water it weighs nothing anywhere, as far as its volume is known
         if abs(rise) > 0.5 * scene.spacing or abs(heel) > HEEL:
             way = f"{abs(rise):.3g} m {'higher' if rise > 0 else 'lower'}, {abs(poses['rest']['heel']):.2g} degrees heeled"
             key = name.partition("/")[0] if len(scene.bodies) > 1 else next(iter(scene.bodies))

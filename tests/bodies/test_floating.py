@@ -12,6 +12,7 @@ from fsi.errors import SceneError
 from fsi.particles.instruments import check_instruments
 from fsi.scene.check_floating import afloat, floating_lines, narrow, slowed
 from fsi.scene.instruments import FluxPlane
+from fsi.scene.model import Scene
 
 BOX = """
 <mujoco>
@@ -215,3 +216,14 @@ def test_masses_of_bodies_of_one_tree_are_told_apart(scene):
     assert found["float"]["centre_of_mass"] == pytest.approx(0.0) and found["box"]["centre_of_mass"] == pytest.approx(
         -0.4
     )
+
+
+def test_a_ball_as_heavy_as_water_is_not_said_to_float_elsewhere(tmp_path):
+    """Its volume is known to a tenth of a per cent, by which it would rise or sink."""
+    ball = '<body name="ball"><freejoint/><geom type="sphere" size="0.15" density="1000"/></body>'
+    (tmp_path / "ball.xml").write_text(f"<mujoco><worldbody>{ball}</worldbody></mujoco>")
+    tank = {"min": [-0.42, -0.42, -0.9], "max": [0.42, 0.42, 0.3]}
+    body = {"mjcf": str(tmp_path / "ball.xml"), "position": [0.0, 0.0, -0.45]}
+    scene = Scene.model_validate({"dimension": 3, "spacing": 0.03, "duration": 1.0, "tank": tank, "bodies": {"ball": body}})
+    found = fsi.check(scene)
+    assert not any("float as drawn" in line for line in (*found["warnings"], *found["notes"]))
