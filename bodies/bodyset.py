@@ -96,6 +96,7 @@ class BodySet:
         self._round = self._find_round(geoms)
         grain = (scene.spacing, scene.layers)
         notes += checks.check_solids(self._solids, labels, self.names, self.motion().rotation, *grain, source)
+        notes += checks.lift(self._solids, labels, scene)
         checks.check_contacts(model, self.data, scene.spacing, source)
         self._reach = Reach(model, [g for g in geoms if moves(model, model.geom_bodyid[g])], scene)
         notes += self._reach.ranges()

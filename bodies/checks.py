@@ -8,14 +8,17 @@ import mujoco
 import numpy as np
 
 from bodies.mjcf import GEOM, name_of
-from bodies.shapes.primitives import Placed
+from bodies.shapes.primitives import Box, Cylinder, Placed
 from bodies.sizes import units
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, WALL
+from fsi.particles.displaced import cells
 from fsi.scene.model import Scene
 
 DEEP = 0.1  # spacings that two geoms may stand in each other at the start
 ACROSS = 4  # particles across the largest extent of a body, at least
+THICK = 6  # spacings, from which on Archimedes holds to 3 % whatever the thickness
+OFF, CELLS = 0.04, 20_000  # of the volume that particles may be off; cells to find it by
 
 Owned = Sequence[tuple[int, Placed]]
 
@@ -130,6 +133,29 @@ def _thin(label: str, solid: Placed, spacing: float) -> list[str]:
         f"geom {label!r} is {thickness:.3g} m thick, under two spacings ({2 * spacing:g} m): fluid on its two sides "
         f"meets through it; a spacing of {thickness / 2:.2g} m resolves it"
     ]
+
+
+def lift(solids: Owned, labels: Sequence[str], scene: Scene) -> list[str]:
+    """Notes on moving boxes and cylinders whose boundary particles stand for another volume than theirs: each
+    stands for spacing**dim, which is what the fluid lifts where its kernel reaches through. From `THICK` spacings on the
+    surface alone counts."""
+    if scene.numerics.standing_pressure == "apart" or scene.single_layer or not scene.gravity:
+        return []
+    notes, dr = [], scene.spacing
+    for label, (owner, solid) in zip(labels, solids, strict=True):
+        thickness = solid.shape.thickness(dr)
+        if owner < FIRST_BODY or not isinstance(solid.shape, Box | Cylinder) or thickness > THICK * dr:
+            continue
+        volume = float(cells([solid], CELLS)[1].sum())
+        share = len(solid.sampled(dr, scene.layers)) * dr**scene.dimension / volume
+        if abs(share - 1) > OFF:
+            whole = max(2, round(thickness / dr))
+            finer = thickness / (whole if whole * dr > thickness * (1 + 1e-6) else whole + 1)
+            exact = "" if scene.liquids else 'numerics.standing_pressure = "apart" makes it exact, '
+            thin = f"geom {label!r} is {thickness / dr:.3g} spacings thick: particles stand for {100 * share:.0f} % of it"
+            fix = f"{exact}a spacing of {finer:.3g} m better"
+            notes.append(f"{thin}, and about so much of its buoyancy acts where it is all under water; {fix}")
+    return notes
 
 
 def _check_resolution(name: str, points: np.ndarray, rotation: np.ndarray, spacing: float, source: object) -> None:

@@ -136,6 +136,11 @@ def check_independent(model: mujoco.MjModel, inertia: np.ndarray, source: object
     values, vectors = np.linalg.eigh(inertia / np.outer(scale, scale))
     if values[0] > SINGULAR:
         return
+    heavy, light = float(np.max(model.body_mass)), float(np.min(model.body_mass[model.body_mass > 0]))
+    if light < SINGULAR * heavy * 100:
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, int(np.argmax(model.body_mass)))
+        fault = f"body {name!r} weighs {heavy:.3g} kg and another {light:.3g} kg, too far apart for one mass matrix"
+        raise SceneError(fault, key="bodies", file=source, fix=f"check their densities and sizes: {MILLIMETRES}")
     joints = sorted({int(model.dof_jntid[dof]) for dof in np.argsort(-np.abs(vectors[:, 0]))[:2]})
     names = " and ".join(repr(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint)) for joint in joints)
     fault = f"joints {names} move a body the same way at the start, so that the mass matrix is singular"

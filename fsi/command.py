@@ -200,7 +200,7 @@ def check(
         int, typer.Option(min=0, metavar="STEPS", help="Run and time so many steps for a better estimate.")
     ] = 0,
     periods: Annotated[
-        bool, typer.Option("--periods", help="Run a step for the natural periods of the bodies.")
+        bool, typer.Option("--periods", help="The natural periods of the bodies too, by potential flow.")
     ] = False,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads for --measure; all cores if not given.")] = None,
     ranks: Arrangement = None,
@@ -239,6 +239,8 @@ def _estimate_lines(estimate: dict) -> list[str]:
         f"measured: {estimate['seconds_per_step']:.3g} s a step (median of {estimate['measured_steps']}, "
         f"threads: {estimate['threads']}), time step {estimate['time_step']:.3g} s"
     ] if "measured_steps" in estimate else []  # fmt: skip
+    all_of_it = estimate["snapshot_particles"] >= particles["fluid"]
+    some = "" if all_of_it else f" of the {particles['fluid']}"
     checkpoints = [
         f"checkpoints: {estimate['checkpoint_bytes'] / 1e6:.3g} MB each, the last two are kept; copying them takes about "
         f"{100 * estimate['checkpoint_share']:.2g} % of the run time"
@@ -249,7 +251,7 @@ def _estimate_lines(estimate: dict) -> list[str]:
         *measured,
         f"run time: about {clock(estimate['seconds'])}, {estimate['steps']:.0f} steps",
         f"log: about {estimate['log_bytes'] / 1e6:.3g} MB: {estimate['snapshots']} snapshots of "
-        f"{estimate['snapshot_particles']} particles, {estimate['snapshot_bytes'] / 1e3:.3g} kB each, and "
+        f"{estimate['snapshot_particles']}{some} particles, {estimate['snapshot_bytes'] / 1e3:.3g} kB each, and "
         f"{estimate['series_frames']} frames of series, {estimate['series_bytes'] / 1e3:.3g} kB each",
         *checkpoints,
     ]

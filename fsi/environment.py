@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsi.errors import SceneError
+from fsi.errors import RunError, SceneError
 from fsi.extras import require
 from fsi.scene.model import Scene
 from fsi.session import Session, open
@@ -57,6 +57,9 @@ class Environment(Env):
         RunError from `step` where the run becomes unstable.
         """
         require("gymnasium", "gym", "fsi.Environment")
+        for key, value, least in (("interval", interval, "above 0"), ("warm_up", warm_up, "0 or more")):
+            if not (value > 0 or (key == "warm_up" and value == 0)):
+                raise SceneError(f"{value} s", key=key, fix=f"give a time {least}")
         self.session = open(scene, threads=threads, overrides=overrides, level=level, trust=trust)
         scene, model = self.session.scene, self.session.model
         if scene.control:
@@ -109,13 +112,22 @@ class Environment(Env):
         start = session.time
         self._steps += 1
         end = self._warm_up + self._steps * self._interval
+        if np.shape(action) != session.data.ctrl.shape:
+            fault = f"an action of shape {np.shape(action)}, and {session.data.ctrl.size} actuators"
+            raise SceneError(fault, key="action", fix=f"give one number each for {', '.join(self.action_names)}")
         session.data.ctrl[:] = action
         while session.time < end * (1 - 1e-12):
             session.step(end)
-            total += self._reward(session) * session.dt
+            total += self._rewarded(session) * session.dt
         over = bool(self._terminated(session)) if self._terminated else False
         truncated = session.time >= (self._warm_up + self._duration) * (1 - 1e-9)
         return self._observe(), float(total / (session.time - start)), over, truncated, self._info()
+
+    def _rewarded(self, session: Session) -> float:
+        reward = self._reward(session)
+        if reward is None or not np.isfinite(reward):
+            raise RunError(f"reward is {reward} at t = {session.time:.4g} s; it must be a finite number")
+        return float(reward)
 
     def close(self) -> None:
         """End the simulation."""

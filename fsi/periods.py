@@ -1,4 +1,4 @@
-"""Natural periods of floating bodies, from their added mass in one step."""
+"""Natural periods of floating bodies."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import math
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.particles.potential import added_mass
 from fsi.plugins import find
 from fsi.scene.binding import bind
 from fsi.scene.model import Scene
-from fsi.simulation.loop import Simulation
 from fsi.trust import checking
 
 LONGEST = 100.0  # s; beyond it nothing brings a body back
 
 
-def natural_periods(scene: Scene, label: str, threads: int | None = None) -> dict[str, float]:
+def natural_periods(scene: Scene, label: str) -> dict[str, float]:
     """Undamped natural periods [s] of the bodies about their rest in still water, by the motion that each is mostly made of:
-    T = 2 pi sqrt((M + Ma) / C), with the added mass Ma of a pressure solved to the end, that of infinite frequency, and the
-    stiffness C of buoyancy, springs and mooring lines. Raises SceneError where there is no such rest."""
+    T = 2 pi sqrt((M + Ma) / C), with the added mass Ma of infinite frequency and the stiffness C of buoyancy, springs and
+    mooring lines. Raises SceneError where there is no such rest."""
     if not scene.bodies:
         return {}
     still = scene.model_copy(
@@ -28,23 +28,17 @@ def natural_periods(scene: Scene, label: str, threads: int | None = None) -> dic
             "control": None,
             "coupler": find("couplers", "added_mass")(),
             "bodies": {name: body.model_copy(update={"start": "equilibrium"}) for name, body in scene.bodies.items()},
-            "numerics": scene.numerics.model_copy(update={"solver": "converged"}),
         }
     )
     if scene.fluid.blocks or scene.liquids or not scene.gravity:
         fault = "natural periods are of bodies in one liquid up to the still water level"
         raise SceneError(fault, key="--periods", file=label, fix="leave it out")
     with checking():
-        bodies, coupler, ground = bind(still, label)
-        stiffness, motions = bodies.restoring()
-        sim = Simulation(still, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
-    try:
-        inertia = bodies.inertia()
-        sim.step()
-    finally:
-        sim.close()
+        bodies, _, ground = bind(still, label)
+    stiffness, motions = bodies.restoring()
     moving = np.array([bool(name) for name in motions])
-    inertia = (inertia + coupler.added_inertia())[np.ix_(moving, moving)]
+    inertia = bodies.inertia() + added_mass(still, bodies.solids(), ground, bodies.motion())
+    inertia = inertia[np.ix_(moving, moving)]
     values, shapes = np.linalg.eig(np.linalg.solve(inertia, stiffness[np.ix_(moving, moving)]))
     names, found = [name for name in motions if name], {}
     for value, shape in sorted(zip(values.real, shapes.real.T, strict=True), key=lambda pair: -pair[0]):

@@ -174,4 +174,8 @@ def function(name: str) -> Any:
 
 def engine(name: str = "mujoco") -> Any:
     """The module that loads bodies and bathymetries, see `find`."""
-    return find("engines", name)
+    module = find("engines", name)
+    if not hasattr(module, "load"):
+        entry = registered("engines")[name][0]
+        raise SceneError(f"the engine {name!r} ({entry.value}) loads no bodies", fix=_remedy(entry))
+    return module

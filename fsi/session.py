@@ -159,6 +159,7 @@ class Session(View):
         if folder:
             fault = "a run that is recorded cannot go back in time"
             return SceneError(fault, key="out", fix="open the scene without out, or anew for each recorded episode")
+        self.simulation.settle()
         try:
             return self.simulation.state()
         except TypeError as fault:  # a part that does not say what it remembers

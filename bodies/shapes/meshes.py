@@ -105,8 +105,8 @@ MOST_BYTES = 500e6  # of a mesh file; ten million triangles of a binary STL
 def mesh_solid(
     path: str | Path, dimension: int, source: object = "", key: str = "tank.bathymetry", crop: Crop | None = None
 ) -> Solid:
-    """A mesh file (STL, OBJ, PLY) as fixed solid ground [m]; in two dimensions its section by y = 0. Particles are laid
-    only within the box `crop`, two corners (dim,) [m].
+    """A mesh file (STL, OBJ, PLY) as fixed solid ground [m]; in two dimensions its section by y = 0. Cavities in it may
+    hold fluid, as a vessel's do. Particles are laid only within the box `crop`, two corners (dim,) [m].
 
     Raises SceneError for a file that is missing, unreadable, open, or misses the plane y = 0.
     """
@@ -128,7 +128,7 @@ def mesh_solid(
     if crop is not None:
         crop = np.array(crop[0], float), np.array(crop[1], float)
         _check_crop(vertices, crop, key, path, dimension)
-    parts = found.parts if found.overlap is not None else [found.outside]
+    parts = found.hollow if found.overlap is not None else [np.concatenate(found.hollow)]
     solids = [solid for part in parts if (solid := _ground(vertices, part, dimension, crop)) is not None]
     if not solids:
         raise SceneError("does not meet the plane y = 0 of the 2D scene", file=path, fix="move it along y")

@@ -19,11 +19,13 @@ PROBES = 64  # points of a shell that are looked up in another
 
 @dataclass
 class Shells:
-    """`parts`: triangles (m, 3), facing outwards, of the shells that bound the solid; `cavity`: volume that shells within
-    them enclose [m3], which no fluid reaches; `overlap`: a place where parts share volume, `crossing`: one where a shell
-    runs through itself; `twice`: volume that parts within parts count again [m3]."""
+    """`parts`: triangles (m, 3), facing outwards, of the shells that bound the solid; `hollow`: the same, each with the shells
+    of cavities in it and of what is in those; `cavity`: volume that shells within them enclose [m3], which no fluid reaches;
+    `overlap`: a place where parts share volume, `crossing`: one where a shell runs through itself; `twice`: volume that parts
+    within parts count again [m3]."""
 
     parts: list[np.ndarray] = field(default_factory=list)
+    hollow: list[np.ndarray] = field(default_factory=list)
     cavity: float = 0.0
     twice: float = 0.0
     mixed: bool = False
@@ -55,12 +57,19 @@ def shells(vertices: np.ndarray, triangles: np.ndarray) -> Shells:
     top = [k for k in range(len(members)) if not within[k]]
     sign = np.sign(volume)
     found.mixed = len(set(sign[top])) > 1
+    inner: dict[int, list[int]] = {k: [] for k in top}
     for k in range(len(members)):
         if within[k] and sign[k] == sign[within[k][0]] and len(within[k]) == 1:
             found.twice += abs(volume[k])
-        elif len(within[k]) == 1:
+            continue
+        if len(within[k]) == 1:
             found.cavity += abs(volume[k])
-    found.parts = [triangles[members[k]] if sign[k] >= 0 else triangles[members[k]][:, ::-1] for k in top]
+        for outer in within[k]:
+            inner.get(outer, []).append(k)
+    for k in top:
+        way = slice(None, None, 1 if sign[k] >= 0 else -1)
+        found.parts.append(triangles[members[k]][:, way])
+        found.hollow.append(np.concatenate([triangles[members[j]][:, way] for j in (k, *inner[k])]))
     return found
 
 

@@ -74,7 +74,7 @@ class Block:
             }
         )
         none = np.empty((0, dimension)), np.empty(0, np.int32)
-        layout = Layout(position, velocity, np.zeros(len(position)), *none, low, high, 1.0, ())
+        layout = Layout(position, velocity, np.zeros(len(position)), *none, low, high, 1.0, scene.spacing**dimension, ())
         self.team = TimedTeam(threads)
         self.fluid = Fluid(scene, layout, self.team)
         self.threads, self.sweeps, self.precision = threads, sweeps, precision

@@ -124,9 +124,9 @@ TABLE = {
     "flap": Shared("flap", 12.0, ("spacing=0.08",)),
     "flap_3d": Shared("owsc", 0.6, ("spacing=0.07",)),
     "floating_box_2d": Shared("floating_box_2d", 7.5, ("spacing=0.05",), ("2x1", "3x1", "2x2", "4x2")),
-    "floating_box": Shared("floating_box", 0.9, ("spacing=0.08",), ("2x1x1", "1x3x1", "2x1x2", "2x2x2")),
+    "floating_box": Shared("floating_box", 0.9, ("spacing=0.075",), ("2x1x1", "1x3x1", "2x1x2", "2x2x2")),
     "contact_slide": Shared("slide_submarine_contact", 1.1, ("spacing=0.04", "numerics.courant=0.12")),
-    "contact_slide_3d": Shared("slide_basin", 0.8, ("spacing=0.08",)),
+    "contact_slide_3d": Shared("slide_basin", 0.8, ("spacing=0.06",)),
     "periodic_channel": Shared(CHANNEL, 9.0, (), ("2x1", "1x3", "2x2", "4x2")),
     "periodic_channel_3d": Shared(CHANNEL_3D, 3.0, (), ("2x1x1", "1x3x1", "2x2x1", "2x2x2")),
 }

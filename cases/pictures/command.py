@@ -22,7 +22,10 @@ def render(
     window: Annotated[
         str | None, typer.Option(metavar="X0,X1,Z0,Z1", help="What is shown of it [m], two dimensions.")
     ] = None,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Width and height in pixels; 1280 wide, as high as it needs, if none."),
+    ] = None,
     every: Annotated[int, typer.Option(min=1, help="Every so many-th frame.")] = 1,
     start: Annotated[float, typer.Option("--from", metavar="T", help="From this time on [s].")] = 0.0,
     until: Annotated[float | None, typer.Option(metavar="T", help="Up to this time [s].")] = None,
@@ -32,10 +35,10 @@ def render(
     from cases.pictures.look import Look
     from cases.pictures.render import render as draw
 
-    wide, high = (int(n) for n in _numbers("--size", size.replace("x", ","), 2))
+    wide, high = (int(n) for n in _numbers("--size", size.replace("x", ","), 2)) if size else (0, 0)
     look = Look(
         field=field, surface=surface, limits=_numbers("--limits", limits, 2) if limits else None,
-        size=(wide - wide % 2, high - high % 2),
+        size=(wide - wide % 2, high - high % 2) if size else None,
         camera=_numbers("--camera", camera, 6) if camera else None,
         window=_numbers("--window", window, 4) if window else None,
     )  # fmt: skip

@@ -56,6 +56,7 @@ def _surface(run: RunFrames, target: Path) -> list[Path]:
     """`surface.vtkhdf`, and the same as a layer on the timeline in `surface.rrd` beside `run.rrd`."""
     from cases.pictures.layer import SurfaceLayer
 
+    run.check_whole()
     files = [target / "surface.vtkhdf", run.folder / "surface.rrd"]
     with PolyDataFile(files[0]) as file, SurfaceLayer(run.recording, files[1]) as layer:
         for frame in run:

@@ -13,13 +13,14 @@ from cases.report.snapshot import pose_at, visuals_of
 from cases.report.terrain import bed
 from fsi.errors import SceneError
 from fsi.record.dataset import load_run
-from fsi.record.fields import top
+from fsi.record.fields import fraction, top
 from fsi.record.manifest import read_manifest
 from fsi.record.timeline_reader import read_snapshots, read_values
 from fsi.scene.fields import field_of
 from fsi.scene.file import load_scene
 
 PORTION = 20  # snapshots that are read at a time
+ENOUGH = 0.98  # share of the particles, below which there would be holes in the surface
 GROUND = (170, 150, 120)  # colour
 
 
@@ -46,7 +47,7 @@ class RunFrames:
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
-        read_manifest(self.folder)
+        self._manifest = read_manifest(self.folder)
         self.scene = load_scene(self.folder / "scene.toml")
         self.recording = self.folder / "run.rrd"
 
@@ -59,6 +60,20 @@ class RunFrames:
     def exact(self) -> bool:
         """Whether the timeline keeps values as they are (`output.values`)."""
         return self.scene.output.values
+
+    @cached_property
+    def share(self) -> float:
+        """Share of the fluid particles that the timeline holds (`output.fraction`, `output.particles_limit`)."""
+        return fraction(self.scene, self._manifest["particles"]["fluid"])
+
+    def check_whole(self) -> None:
+        """Raise SceneError where too many particles are missing for a surface."""
+        if self.share < ENOUGH:
+            fault = (
+                f"the timeline holds {100 * self.share:.0f} % of the particles, too few for the surface of the fluid"
+            )
+            fix = "run it with output.fraction = 1, or with snapshots further apart (output.particles)"
+            raise SceneError(fault, key="output.particles_limit", fix=fix)
 
     def __iter__(self) -> Iterator[Frame]:
         """All frames with particles, in the order of time. Without `output.values` their values are those of the colours of the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,9 @@ class SurfaceLayer:
 
     def __enter__(self) -> SurfaceLayer:
         rr = self._rr
-        store = rr.chunk.RrdReader(self._recording).recordings()[0]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that the recording, which streams as the run goes on, has no footer
+            store = rr.chunk.RrdReader(self._recording).recordings()[0]
         self._stream = rr.RecordingStream("spindrift", recording_id=store.recording_id, send_properties=False)
         self._stream.set_log_time_enabled(False)
         self._stream.set_log_tick_enabled(False)

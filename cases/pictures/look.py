@@ -15,14 +15,15 @@ from fsi.scene.fields import field_of
 class Look:
     """How a run is drawn: the `field` of the colours (that of the timeline if empty) and their `limits` (those of the
     timeline if None), particles or the `surface`, the `camera` of a three-dimensional run (place and target, six numbers
-    [m]), the `window` (x0, x1, z0, z1) [m] of a two-dimensional one, and the picture's width and height in pixels."""
+    [m]), the `window` (x0, x1, z0, z1) [m] of a two-dimensional one, and the picture's width and height in pixels (if None
+    as high as the window needs, in three dimensions 1280 x 720)."""
 
     field: str = ""
     limits: tuple[float, ...] | None = None
     surface: bool = False
     camera: tuple[float, ...] | None = None
     window: tuple[float, ...] | None = None
-    size: tuple[int, int] = (1280, 720)
+    size: tuple[int, int] | None = None
 
 
 def values_of(frame: Frame, field: str) -> np.ndarray:

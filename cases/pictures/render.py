@@ -16,6 +16,8 @@ from fsi.record.colours import colour_map
 
 BODY = "#9aa0a6"
 FPS = {"mp4": 25, "gif": 12}
+WIDE, LEAST = 1280, 240  # pixels of a picture in two dimensions, across and at least down
+BESIDE, ABOVE = 150, 90  # pixels that axes, title and colours take
 
 
 def render(
@@ -65,6 +67,8 @@ def _check(run: RunFrames, look: Look) -> None:
         if not run.exact:
             fix += "; a run with output.values = true keeps all of output.fields, pressure and speed"
         raise SceneError(f"the timeline has no values of {look.field!r}", key="--field", fix=fix)
+    if look.surface:
+        run.check_whole()
     if look.camera and scene.dimension == 2:
         raise SceneError("a two-dimensional run is seen from the side", key="--camera", fix="use --window")
     if look.window and scene.dimension == 3:
@@ -90,9 +94,9 @@ def _flat(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.nd
     scene, field = run.scene, look.field or run.scene.output.fields[0]
     left, right, low, high = look.window or (scene.tank.min[0], scene.tank.max[0], scene.tank.min[1], scene.tank.max[1])
     colours = ScalarMappable(Normalize(*limits(run, look, field)), ListedColormap(colour_map() / 255))
-    walls = run.walls()
+    walls, (wide, tall) = run.walls(), look.size or (WIDE, _height((right - left) / (high - low)))
     for frame in frames:
-        figure = Figure(figsize=(look.size[0] / 100, look.size[1] / 100), dpi=100, layout="compressed")
+        figure = Figure(figsize=(wide / 100, tall / 100), dpi=100, layout="compressed")
         canvas, panel = FigureCanvasAgg(figure), figure.add_subplot()
         _draw(panel, run, look, frame, field, colours)
         for _, wall in walls:
@@ -100,24 +104,28 @@ def _flat(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.nd
         panel.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [m]", ylabel="z [m]")
         panel.set_title(f"{scene.name}, t = {frame.time:.2f} s", loc="left")
         if not look.surface:
-            figure.colorbar(colours, ax=panel, label=caption(field), shrink=0.6, aspect=25, pad=0.01)
+            figure.colorbar(colours, ax=panel, label=caption(field), aspect=25, pad=0.01)
         canvas.draw()
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _height(shape: float) -> int:
+    """Height [pixels] of a picture `WIDE` pixels wide of a window `shape` times as wide as high."""
+    return 2 * round(min(max((WIDE - BESIDE) / shape + ABOVE, LEAST), WIDE) / 2)
 
 
 def _draw(panel, run: RunFrames, look: Look, frame: Frame, field: str, colours) -> None:
     from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 
-    spacing = run.scene.spacing
     if look.surface:
         from cases.pictures.surface import surface
 
-        mesh = surface(frame.position, spacing, 2)
+        mesh = surface(frame.position, run.scene.spacing, 2)
         lines = mesh.vertices[:, [0, 2]]
         panel.add_collection(PolyCollection(_loops(lines, mesh.cells), facecolors="#9cc4e4", edgecolors="none"))
         panel.add_collection(LineCollection(lines[mesh.cells], colors="#1f5f95", linewidths=1.2))
     else:
-        size = np.full(len(frame.position), spacing)
+        size = np.full(len(frame.position), run.scene.spacing / np.sqrt(run.share))
         panel.add_collection(
             EllipseCollection(
                 size, size, np.zeros(len(size)), units="xy", offsets=frame.position[:, [0, 2]], linewidths=0,

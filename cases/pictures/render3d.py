@@ -12,6 +12,8 @@ from cases.pictures.look import Look, caption, limits, values_of
 from fsi.extras import require
 from fsi.record.colours import colour_map
 
+SIZE = 1280, 720  # pixels
+
 
 def pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np.ndarray]:
     """RGB pictures (height, width, 3) uint8 of the frames."""
@@ -24,7 +26,7 @@ def pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np
         from vtkmodules.vtkCommonCore import vtkLogger
 
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
-    plotter = pv.Plotter(off_screen=True, window_size=list(look.size))
+    plotter = pv.Plotter(off_screen=True, window_size=list(look.size or SIZE))
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
     low, high = np.array(scene.tank.min), np.array(scene.tank.max)
@@ -51,7 +53,7 @@ def pictures(run: RunFrames, look: Look, frames: Iterator[Frame]) -> Iterator[np
             cloud[field] = values_of(frame, field)
             plotter.add_mesh(
                 cloud, name="fluid", scalars=field, clim=limits(run, look, field), cmap=colours, style="points",
-                render_points_as_spheres=True, point_size=_size(plotter, scene.spacing, look),
+                render_points_as_spheres=True, point_size=_size(plotter, scene.spacing / run.share ** (1 / 3)),
                 scalar_bar_args={"title": caption(field), "color": "black", "n_labels": 3},
             )  # fmt: skip
         for n, (_, mesh) in enumerate(run.bodies(frame.time)):
@@ -72,8 +74,8 @@ def _eye(low: np.ndarray, high: np.ndarray) -> tuple[float, ...]:
     return (*(centre + 1.35 * size * np.array([-0.45, -0.8, 0.42])), *centre)
 
 
-def _size(plotter, spacing: float, look: Look) -> float:
+def _size(plotter, spacing: float) -> float:
     """Diameter of a particle in pixels."""
     camera = plotter.camera
     height = 2 * camera.distance * np.tan(np.radians(camera.view_angle) / 2)
-    return max(1.0, 1.5 * spacing / height * look.size[1])
+    return max(1.0, 1.5 * spacing / height * plotter.window_size[1])

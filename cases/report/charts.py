@@ -49,16 +49,17 @@ def legend(panel) -> None:
         panel.legend(handles, names, fontsize=11, frameon=False, **place)
 
 
-def heat_map(panel, x, y, values, *, xlabel: str, ylabel: str, label: str) -> None:
+def heat_map(panel, x, y, values, *, xlabel: str, ylabel: str, label: str, limits=(None, None)) -> None:
     """A matrix (y, x) as coloured cells with the value written in each; the cells stand side by side, however far their values
-    of x and y lie apart."""
+    of x and y lie apart. `limits` are the values at the ends of the colours, those of the matrix if None."""
     import numpy as np
 
     values = np.asarray(values, float)
     image = panel.pcolormesh(
-        np.arange(len(x)), np.arange(len(y)), values, cmap="viridis", edgecolors="white", linewidth=1
-    )
-    middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
+        np.arange(len(x)), np.arange(len(y)), values, cmap="viridis", edgecolors="white", linewidth=1,
+        vmin=limits[0], vmax=limits[1],
+    )  # fmt: skip
+    middle = 0.5 * sum(image.get_clim()) if np.isfinite(values).any() else 0.0
     for (row, column), value in np.ndenumerate(values):
         colour = "0.5" if np.isnan(value) else "white" if value < middle else "black"
         text = "none" if np.isnan(value) else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"

@@ -94,16 +94,16 @@ def modes(bem: Bem, joints: Sequence[str]) -> Modes:
     return found
 
 
-def transformation(data, ways: Modes) -> np.ndarray:
-    """T (degrees of freedom of the dataset, joints). Raises SceneError for one that the dataset lacks."""
+def transformation(data, ways: Modes, bem: Bem | None = None) -> np.ndarray:
+    """T (degrees of freedom of the dataset, joints). Raises SceneError for one that the dataset lacks; `bem` says in which file
+    and by which key."""
     dofs = [str(name) for name in data.radiating_dof.values]
     out = np.zeros((len(dofs), len(ways)))
     for n, way in enumerate(ways.values()):
         for dof, factor in way.items():
             if dof not in dofs:
-                raise SceneError(
-                    f"no degree of freedom {dof!r}", key="bem.dof", fix=f"the dataset has {', '.join(dofs)}"
-                )
+                key, fix = "bem.dofs" if bem and bem.dofs else "bem.dof", f"the dataset has {', '.join(dofs)}"
+                raise SceneError(f"no degree of freedom {dof!r}", key=key, file=bem and bem.file, fix=fix)
             out[dofs.index(dof), n] = factor
     return out
 
@@ -225,6 +225,28 @@ def compare_power(results, bem: Bem, waves):
     results["power_matrix_ratio"] = results.power_matrix / results.power_matrix_bem
     results["power_matrix_ratio"].attrs = {"units": "1", "long_name": "mean absorbed power over that of linear theory"}
     return results
+
+
+def check_file(bem: Bem, routine: str) -> None:
+    """Raises SceneError where the file lacks what the routine needs, or a degree of freedom, before anything is run."""
+    data = read_bem(bem.file, RADIATED if routine == "radiation" else NEEDED)
+    transformation(data, modes(bem, list(bem.dofs) or [bem.joint]), bem)
+
+
+def check_generator(bem: Bem, scene, driven: Sequence[str]) -> None:
+    """Raises SceneError where the power take-off that the scene has on the joint is another than that of linear theory;
+    `driven` are the keys that the study's parameters set."""
+    joint = bem.joint or next(iter(bem.dofs), "")
+    for name, body in scene.bodies.items():
+        pto = body.pto if hasattr(body.pto, "kind") else (body.pto or {}).get(joint)
+        if pto is None or getattr(pto, "kind", "") != "linear":
+            continue
+        for what in ("damping", "stiffness"):
+            key, given, own = f"bodies.{name}.pto", getattr(bem, what), getattr(pto, what)
+            set_apart = any(one.startswith(key) and one.endswith(what) for one in driven)
+            if not (isinstance(given, str) or set_apart or math.isclose(given, own, rel_tol=1e-6)):
+                fault = f"{given:g}, where the scene's {key} has a {what} of {own:g}"
+                raise SceneError(fault, key=f"bem.{what}", fix=f"set it to {own:g}, or {key} by [set]")
 
 
 def check_power(bem: Bem, waves, names: Sequence[str]) -> None:

@@ -115,7 +115,9 @@ def load_results(folder: str | Path):
     xarray = require("xarray", "report", "a study")
     file = Path(folder, FILE)
     if not file.is_file():
-        raise SceneError(f"{folder} holds no study", fix="give the folder that `fsi sweep` named")
+        raise SceneError(
+            f"{folder} holds no study and no run", fix="give the folder that `fsi sweep` or `fsi run` named"
+        )
     check_bytes(file, MOST_BYTES, "give the folder of a smaller study")
     with xarray.open_dataset(file, engine="h5netcdf") as data:
         return data.load()

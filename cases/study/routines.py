@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from cases.study.bem import check_power, compare, compare_power, compare_radiation
+from cases.study.bem import check_file, check_generator, check_power, compare, compare_power, compare_radiation
 from cases.study.design import base_scene
 from cases.study.extremes import storm_extreme
 from cases.study.plan import Study
@@ -46,6 +46,11 @@ def check_routine(study: Study) -> None:
                 raise SceneError("is the joint that is moved, or is called so", key=f"parameters.{name}", fix=fix)
     if study.routine == "power_matrix" and study.bem:
         check_power(study.bem, _waves(study), list(study.parameters))
+    if study.bem:
+        check_file(study.bem, study.routine)
+        if study.routine != "radiation":
+            keys = [parameter.key for parameter in study.parameters.values()]
+            check_generator(study.bem, base_scene(study), keys)
     if study.routine not in (None, "free_decay") and study.sampling.method != "grid":
         raise SceneError(f"{study.routine} needs a grid", key="sampling.method", fix="set method = 'grid'")
 

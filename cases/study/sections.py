@@ -160,16 +160,33 @@ def _power_matrix(page: Page, data) -> None:
     names = [name for name in names if np.isfinite(data[name].values).any()]
     high = 0.42 * len(data[data.power_matrix.dims[0]]) + 1.5
     figure, panels = charts.canvas(len(names), height=min(max(high, 2.8), 8.0))
+    powers = [data[name].values for name in ("power_matrix", "power_matrix_bem") if name in names]
+    both = (np.nanmin(powers), np.nanmax(powers)) if powers else (None, None)
     for panel, name in zip(panels, names, strict=True):
         down, along = data[name].dims
+        limits = both if name in ("power_matrix", "power_matrix_bem") else (None, None)
         charts.heat_map(
             panel, data[along].values, data[down].values, data[name].values,
-            xlabel=label(data[along]), ylabel=label(data[down]), label=_units(data[name]),
+            xlabel=label(data[along]), ylabel=label(data[down]), label=_units(data[name]), limits=limits,
         )  # fmt: skip
         panel.set_title(title(data, name), loc="left", fontsize=13)
     beside = ", beside linear potential theory" if "power_matrix_bem" in data else ""
     by = " and ".join(words(data[name]) for name in data.power_matrix.dims)
     section.figure(figure, f"Mean absorbed power by {by}{beside}", name="power_matrix")
+    if stopped := _stopped(data):
+        section.text(stopped)
+
+
+def _stopped(data) -> str:
+    """Which joints came to an end stop, and in how many runs: linear theory knows of none."""
+    if "end_stop_hits" not in data:
+        return ""
+    hit = data.end_stop_hits > 0
+    over = [dim for dim in hit.dims if dim != "joint"]
+    counts = {str(name): int(hit.sel(joint=name).sum()) for name in hit.joint.values}
+    of = int(np.prod([hit.sizes[dim] for dim in over]))
+    told = [f"{name} in {count} of {of} runs" for name, count in counts.items() if count]
+    return f"Joints that came to an end stop, which linear theory does not know: {', '.join(told)}." if told else ""
 
 
 def _units(variable) -> str:

@@ -16,7 +16,9 @@ and return
     over_pairs("name", (lanes, dim, ...), takes="flow force k", sum=Sum(hold, empty, ((FLUID, pair),), finish))
 
 where the second argument tells the variants of the factory apart. A list holds the fluid first and the boundary after: a
-`Sum` has one pass (`FLUID`, `WALLS` or `ALL`, pair) or several, one after the other. `python -m cases.bench.kernels` times it.
+`Sum` has one pass (`FLUID`, `WALLS` or `ALL`, pair) or several, one after the other; a pass of several pairs, (`FLUID`, pair,
+other_pair), takes each neighbour through all of them, and what they have in common is computed once.
+`python -m cases.bench.kernels` times it.
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ class Sum(NamedTuple):
 
     hold: Callable
     empty: Callable
-    passes: tuple[tuple[tuple[int, int], Callable], ...]
+    passes: tuple[tuple, ...]
     finish: Callable
     after: Callable | None = None
 
@@ -119,9 +121,11 @@ class _Text:
         empty = self.call(sum.empty, f"{role}_empty")
         self.buffers.append(f"{role}_buffer = room_for({empty})\n    ")
         text = f"mine = {self.call(sum.hold, f'{role}_hold', 's')}\nsums = {empty}\n"
-        for n, ((first, last), pair) in enumerate(sum.passes):
-            call = self.call(pair, f"{role}_pair{n}", "sums", "mine", "at(neighbours, n)")
-            text += f"for n in range(base + span[g, {first}], base + span[g, {last}]):\n    sums = {call}\n"
+        for n, ((first, last), *pairs) in enumerate(sum.passes):
+            text += f"for n in range(base + span[g, {first}], base + span[g, {last}]):\n"
+            for m, pair in enumerate(pairs):
+                call = self.call(pair, f"{role}_pair{n}_{m}", "sums", "mine", "at(neighbours, n)")
+                text += f"    sums = {call}\n"
         if sum.after:
             text += f"sums = {self.call(sum.after, f'{role}_after', 'sums', 'mine')}\n"
         finish = self.call(sum.finish, f"{role}_finish", "i", f"lane_of({role}_buffer, i - s, sums)")

@@ -9,6 +9,7 @@ from fsi.compute.lanes import width
 from fsi.compute.reduce import Reductions
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
+from fsi.fluid.workspace import MORE_BOUNDARY, PADDING
 from fsi.owners import FIRST_BODY
 from fsi.particles.cells import CellSort, Grid, whole
 from fsi.particles.neighbours import Neighbours
@@ -24,11 +25,11 @@ NOBODY = -1  # owner of boundary particles on which forces are counted elsewhere
 
 class BoundaryParticles:
     """Boundary particles in layers, whose pressure is extrapolated from the fluid (Adami et al. 2012): a `BoundaryTreatment`.
-    Owns copies of them in the order of cells; the first `count` of b stand, whose rows follow the fluid's `first` ones.
+    Owns copies of those near the fluid in the order of cells; the first `count` of b stand, whose rows follow the fluid's
+    `first` ones.
 
-    order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); normal (count, dim), of the
-    bodies, empty without them; shepard (b, 1 + dim): sum W and sum r_j W x_bj (`fsi.sph.walls.make_shepard`); `drag`: the
-    sweep of their viscous force, None where nothing drags.
+    order (count,): their numbers in the layout; position, velocity, skin (b, dim) and owner (b,); shepard (b, 1 + dim): sum W
+    and sum r_j W x_bj (`fsi.sph.walls.make_shepard`); `drag`: the sweep of their viscous force, None where nothing drags.
     """
 
     def __init__(
@@ -42,13 +43,10 @@ class BoundaryParticles:
         self.near = Neighbours(self.lanes, dim, scene.spacing, 2 * scene.smoothing_length, team)
         self.first = self.count = 0
         self.order = np.empty(0, np.int32)
-        self.position = np.zeros((b, dim))
-        self.velocity, self._skin = np.zeros((b, dim)), None
+        self._dtype, self._most = dtype, b
+        self._make_room(0)
         self.bent: np.ndarray | None = None  # acceleration (count, dim) besides that of the owners, of flexible walls
-        self.normal = np.empty((0, dim))
-        self.owner = self._counted = np.zeros(b, np.int32)  # the same until `count_only`
-        self.shepard, self._lift = np.zeros((b, columns.shepard(dim).width("lever")), dtype), np.zeros((b, 1), dtype)
-        self._force, self._silence = np.empty((0, b, dim)), LinearResponse.none(dim, dtype)
+        self._silence = LinearResponse.none(dim, dtype)
         self.weigher = walls.make_shepard(self.lanes, dim, no_slip, dense)
 
     def begin(self, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None) -> None:
@@ -56,15 +54,21 @@ class BoundaryParticles:
         self.owners, self._centre, self._twist, self._smooth = len(centre), centre, twist, smooth
         self.centre = np.ascontiguousarray(centre[:, [0, 2]] if self.dim == 2 else centre)  # in the axes of the fluid
 
-    def arrange(self, placed: BoundaryState, scratch: np.ndarray, chosen: np.ndarray | None = None) -> None:
-        """Find the order of cells of the boundary particles where they were placed, of the `chosen` ones if they are given."""
+    def _make_room(self, n: int) -> None:
+        dim, dtype = self.dim, self._dtype
+        self.position, self.velocity, self._skin = np.zeros((n, dim)), np.zeros((n, dim)), None
+        self.owner = self._counted = np.zeros(n, np.int32)  # the same until `count_only`
+        self.shepard, self._lift = np.zeros((n, columns.shepard(dim).width("lever")), dtype), np.zeros((n, 1), dtype)
+        self._force = np.empty((0, n, dim))
+
+    def arrange(self, placed: BoundaryState, scratch: np.ndarray, chosen: np.ndarray) -> None:
+        """Find the order of cells of the `chosen` boundary particles, int32, where they were placed."""
         self._placed = placed
         if len(placed.position):
-            position = placed.position if chosen is None else placed.position[chosen]
-            self.order = self.sort.update(position, scratch)[: self.sort.inside].copy()
-            if chosen is not None:
-                self.order = chosen[self.order].astype(np.int32)
+            self.order = chosen[self.sort.update(placed.position[chosen], scratch)[: self.sort.inside]]
         self.count = len(self.order)
+        if self.count > len(self.owner):
+            self._make_room(min(self._most, int(MORE_BOUNDARY * self.count)))
 
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
         """Fill the rows from `first` on, and the arrays here, from where the boundary particles were placed."""
@@ -77,8 +81,6 @@ class BoundaryParticles:
                 placed.felt, placed.owner, self.position, self.velocity, self.skin, self.owner, dt, body_force,
                 columns.packed(self.dim), xs, *rows,
             )  # fmt: skip
-        if placed.normal is not None:
-            self.normal = placed.normal[self.order]
         if placed.acceleration is not None:
             self.bent = placed.acceleration[self.order]
 
@@ -126,9 +128,11 @@ class BoundaryParticles:
             accelerations = np.einsum("moi,oij->moj", accelerations, self._smooth)
             twist = np.einsum("oi,oij->oj", twist, self._smooth)
         if b:
+            still = ~(accelerations.any((0, 2)) | twist[:, 3:].any(1))
+            normal, first = self._placed.normal, len(self._placed.owner) - len(self._placed.normal)
             self.team.run(
-                walls.lift_of, whole(b), self.position, self.normal, self.owner, self._centre, accelerations, twist, body_force,
-                self._density, self.shepard, columns.shepard(self.dim).lever, lift,
+                walls.lift_of, whole(b), self.order, self.position, normal, first, self.owner, self._centre, still,
+                accelerations, twist, body_force, self._density, self.shepard, columns.shepard(self.dim).lever, lift,
             )  # fmt: skip
 
     def extrapolate(self, rows: np.ndarray, response: LinearResponse | None = None) -> None:
@@ -146,13 +150,17 @@ class BoundaryParticles:
     def press(self, rows: np.ndarray, values: np.ndarray, column: int, columns: int, least: int = 1) -> np.ndarray:
         """Wrenches (m, owners, 6) of the pressures in so many columns of `values` from `column` on; positions are those of
         `rows`. Owners below `least` are left out."""
-        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces(columns)
-        if self.count:
-            self.team.run(
-                walls.make_force(self.lanes, self.dim, column, columns), self.near.bounds, self.near.groups, self.first,
-                rows, values, self._counted[: self.count], least, forces, self.k,
-            )  # fmt: skip
-        self._add(forces, wrench, least)
+        wrench, forces = np.zeros((columns, self.owners, 6)), self._forces()
+        end, kernel = self.first + self.count, walls.make_force(self.lanes, self.dim)
+        pressures = np.zeros((end + PADDING, 1), self._dtype)
+        for m in range(columns):
+            if self.count:
+                pressures[:end, 0] = values[:end, column + m]
+                self.team.run(
+                    kernel, self.near.bounds, self.near.groups, self.first, rows, pressures, self._counted[: self.count],
+                    least, forces[0], self.k,
+                )  # fmt: skip
+            self._add(forces, wrench[m : m + 1], least)
         return self.smoothed(wrench)
 
     def drag(self, flow: np.ndarray, least: int) -> np.ndarray:
@@ -160,7 +168,7 @@ class BoundaryParticles:
         wrench = np.zeros((self.owners, 6))
         if not self._drag:
             return wrench
-        forces = self._forces(1)
+        forces = self._forces()
         if self.count:
             self.team.run(
                 self._drag, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least,
@@ -203,11 +211,11 @@ class BoundaryParticles:
         """The wrenches (..., owners, 6), without the moment that no smooth body of their shape would get."""
         return wrench if self._smooth is None else np.einsum("oij,...oj->...oi", self._smooth, wrench)
 
-    def _forces(self, columns: int) -> np.ndarray:
-        """Room for that many forces on each boundary particle."""
-        if len(self._force) < columns:
-            self._force = np.zeros((columns, len(self.position), self.dim))
-        return self._force[:columns]
+    def _forces(self) -> np.ndarray:
+        """Room (1, b, dim) for a force on each boundary particle."""
+        if not len(self._force):
+            self._force = np.zeros((1, len(self.position), self.dim))
+        return self._force
 
     def _add(self, forces: np.ndarray, wrenches: np.ndarray, least: int) -> None:
         """Add forces (m, b, dim) to the wrenches (m, owners, 6) of the owners from `least` on."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsi.fluid.body_force import BodyForce
 from fsi.fluid.chebyshev import SOUND, iteration
-from fsi.scene.geometry import mean_spacing, stretch
+from fsi.particles.layout import Layout
 from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
 from fsi.sph.columns import Constants
@@ -23,12 +23,12 @@ def density_relaxation(scene: Scene, depth: float) -> float:
     return iteration(scene.numerics).gain * (SOUND * scene.smoothing_length * math.pi / (2 * depth)) ** 2 / 2
 
 
-def sweep_constants(scene: Scene, depth: float, dtype) -> Constants:
-    """The scalars of the sweeps for a scene whose fluid is `depth` metres high."""
+def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
+    """The scalars of the sweeps for a scene with this layout."""
     dim, dr, h, rho = scene.dimension, scene.spacing, scene.smoothing_length, scene.fluid.density
-    volume = dr**dim * stretch(scene)
+    depth, volume = layout.depth, layout.volume
     mass = rho * volume
-    lattice = kernel.lattice(mean_spacing(scene), h, dim)
+    lattice = kernel.lattice(volume ** (1 / dim), h, dim)
     slope = float(kernel.gradient_factor(0.0, h, dim))
     numerics = scene.numerics
     sound = math.sqrt(scene.gravity * depth) / numerics.mach

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsi.compute.jit import exact
 from fsi.scene.instruments import Area, FluxPlane, RunUp
 from fsi.scene.model import Scene
 from fsi.sph.kernel import value
@@ -22,6 +23,24 @@ def velocity_at(position: np.ndarray, velocity: np.ndarray, point, spacing: floa
     weight = value(r, h, dim) * spacing**dim
     total = weight.sum()
     return weight @ velocity[near] / total if total > DRY else np.full(dim, np.nan)
+
+
+@exact
+def _piled(position, places, first, reach):
+    """Sums of the weights of `Columns` (m, 2), alone and times the height, over the particles near each place;
+    `position` (n, dim) ascends along x, and `first` (m,) are the first that may be near."""
+    sums, axes = np.zeros((len(places), 2)), position.shape[1] - 1
+    for n in range(len(places)):
+        for i in range(first[n], len(position)):
+            if position[i, 0] > places[n, 0] + reach:
+                break
+            r2 = 0.0
+            for d in range(axes):
+                r2 += (position[i, d] - places[n, d]) ** 2
+            weight = max(1 - r2 / reach**2, 0.0) ** 2
+            sums[n, 0] += weight
+            sums[n, 1] += weight * position[i, axes]
+    return sums
 
 
 class Columns:
@@ -50,11 +69,9 @@ class Columns:
         first, last = self._places[:, 0].min() - self._reach, self._places[:, 0].max() + self._reach
         which = np.flatnonzero((position[:, 0] > first) & (position[:, 0] < last))
         (position,) = reductions.gathered(which, position[which])
-        sums = np.zeros((len(self._places), 2))
-        for n, place in enumerate(self._places):
-            near = position[np.abs(position[:, 0] - place[0]) < self._reach]
-            weight = self._weight(((near[:, :-1] - place) ** 2).sum(1))
-            sums[n] = volume * weight.sum(), weight @ near[:, -1] * volume
+        position = position[np.argsort(position[:, 0], kind="stable")]
+        first = np.searchsorted(position[:, 0], self._places[:, 0] - self._reach)
+        sums = volume * _piled(position, self._places, first, self._reach)
         with np.errstate(invalid="ignore", divide="ignore"):
             return sums[:, 0] / self._room, np.where(sums[:, 0] > 0, sums[:, 1] / sums[:, 0], np.nan)
 

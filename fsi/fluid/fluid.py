@@ -23,13 +23,14 @@ from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
-from fsi.particles.cells import Grid, whole
+from fsi.particles.cells import FEW_CELLS, Grid, whole
 from fsi.particles.ghosts import make_halo
 from fsi.particles.layout import Layout
 from fsi.particles.neighbours import Neighbours
 from fsi.particles.rows import pack_fluid
 from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState, ParticleState
+from fsi.particles.vicinity import Vicinity
 from fsi.protocols import Halo
 from fsi.scene.model import Scene
 from fsi.sph import columns, corrector, predictor, walls
@@ -62,6 +63,7 @@ class Fluid:
         self.dtype = np.float32 if scene.numerics.precision == "single" else np.float64
         self.lanes = width(self.dtype)
         self.k = self._scalars(layout)
+        self.mean_spacing = layout.volume ** (1 / self.dim)  # side of the cube of a particle's volume [m], in 2D the square
         self._longest_step = math.inf if scene.closed else sound_step(scene, layout.depth)
         self.particles, self.placed = ParticleState(layout, self.dtype, team), BoundaryState(layout)
         self.owners = int(layout.owner.max(initial=0)) + 1
@@ -84,6 +86,9 @@ class Fluid:
         )
         self.sort = make_sort(self.grid, team)
         self.near = Neighbours(self.lanes, self.dim, scene.spacing, support, team)
+        reach = 4.4 * scene.reading_length  # what fills the room that a gauge looks at, and the way of a step
+        box = layout.domain_min, layout.domain_max
+        self.vicinity = Vicinity(*box, reach, max(FEW_CELLS, count / reductions.processes), team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
         self.loads = None
         if layout.loads is not None:
@@ -105,7 +110,7 @@ class Fluid:
 
     def _scalars(self, layout: Layout):
         """The scalars of the scheme, for `k`."""
-        return sweep_constants(self.scene, layout.depth, self.dtype)
+        return sweep_constants(self.scene, layout, self.dtype)
 
     def _compose(self, layout: Layout) -> None:
         """Make the parts that depend on what the scene has, and compile what it needs."""
@@ -124,7 +129,7 @@ class Fluid:
         )  # fmt: skip
         self._stiff = implicit and laminar and no_slip and self.owners > FIRST_BODY
         self.work = Workspace(
-            scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
+            scene, b, self.dtype, lambda n, b: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=laminar or artificial, varies=special, dense=dense, two_fields=two_fields(scene),
         )  # fmt: skip
         self.work.reserve(self.halo.expected(self.count))
@@ -155,7 +160,8 @@ class Fluid:
     def _sort(self) -> None:
         """Put fluid, ghosts and boundary in the order of cells, without what has left the domain."""
         own = self.halo.exchange(self.particles)
-        self.work.reserve(self.count)
+        chosen = self._near_boundary()
+        self.work.reserve(self.count, len(chosen))
         scratch = self.work.arena.begin("orders")
         order = self.sort.update(self.position, scratch)
         self._rows = n = self.sort.inside
@@ -163,7 +169,14 @@ class Fluid:
         if self.reductions.combined(own - (n - ghosts)):
             self._lose(order[n:][order[n:] < own])
         self.particles.reorder(order, n)
-        self.solids.arrange(self.placed, scratch, self.halo.nearby(self.placed))
+        self.solids.arrange(self.placed, scratch, chosen)
+
+    def _near_boundary(self) -> np.ndarray:
+        """Numbers (k,) of the boundary particles that act on this fluid, or on what gauges read of it."""
+        chosen = self.halo.nearby(self.placed)
+        places = self.boundary if chosen is None else self.boundary[chosen]
+        near = self.vicinity.holds(self.position, places)
+        return (np.flatnonzero(near) if chosen is None else chosen[near]).astype(np.int32)
 
     def _lose(self, which: np.ndarray) -> None:
         """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""

@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 
 from fsi.compute.jit import exact
-from fsi.scene.geometry import mean_spacing
 from fsi.sph.kernel import value
 from fsi.sph.terms import kernel
 
@@ -131,11 +130,11 @@ class Surface:
         self._fluid, self._length = fluid, _period(fluid.scene.tank)
 
     def __call__(self, point) -> float:
-        fluid, scene, solids, h = self._fluid, self._fluid.scene, self._fluid.solids, self._fluid.scene.reading_length
+        fluid, solids, h = self._fluid, self._fluid.solids, self._fluid.scene.reading_length
         (position,) = fluid.reductions.around(np.asarray(point, float), 4 * h, fluid.position)
         if position is not fluid.position:  # of several processes
             solid = fluid.boundary_around(point, 4.05 * h)
-            return elevation(position, point, mean_spacing(scene), h, solid, period=self._length)
+            return elevation(position, point, fluid.mean_spacing, h, solid, period=self._length)
         solid = solids.position[: solids.count] if solids.count else fluid.boundary
         repeats = self._length.any()
         position = position[fluid.particles.own] if repeats else position  # without the ghosts of the first frame
@@ -144,7 +143,7 @@ class Surface:
             wet = _all(position) if repeats else _around(fluid.sort, len(position), place)
             return wet, _around(solids.sort, len(solid), place)
 
-        return elevation(position, point, mean_spacing(scene), h, solid, period=self._length, spans=spans)
+        return elevation(position, point, fluid.mean_spacing, h, solid, period=self._length, spans=spans)
 
 
 def row_reading(position, point, spacing: float, surface: float) -> float:
@@ -207,7 +206,7 @@ def _peak(spacing: float, h: float, dim: int) -> float:
 
 @exact
 def _mean_pressure(position, pressure, point, h, rho_g):
-    last, total, sum_ = position.shape[1] - 1, 0.0, 0.0
+    last, total, sum_, over = position.shape[1] - 1, 0.0, 0.0, False
     for i in range(position.shape[0]):
         r2 = 0.0
         for d in range(last + 1):
@@ -216,10 +215,12 @@ def _mean_pressure(position, pressure, point, h, rho_g):
             weight = kernel(1 - 0.5 * math.sqrt(r2) / h)
             total += weight
             sum_ += weight * (pressure[i] + rho_g * (position[i, last] - point[last]))
-    return sum_ / total if total > 0 else 0.0
+            over = over or position[i, last] > point[last]
+    return sum_ / total if total > 0 and (over or sum_ > 0) else 0.0
 
 
 def pressure_at(position, pressure, point, h: float, rho_g: float) -> float:
     """Pressure [Pa] at a point from the fluid within the kernel's support, its hydrostatic gradient included
-    (Adami et al. 2012, eq. 27, for a wall at rest); 0 where there is no fluid."""
+    (Adami et al. 2012, eq. 27, for a wall at rest); 0 where there is no fluid, and in the air over it, where the gradient goes
+    on below zero."""
     return _mean_pressure(position, pressure, point, h, rho_g)

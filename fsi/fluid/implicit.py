@@ -16,7 +16,6 @@ from fsi.fluid.response import LinearResponse
 from fsi.fluid.weighted_walls import WeightedWalls
 from fsi.fluid.workspace import Workspace
 from fsi.particles.layout import Layout
-from fsi.scene.geometry import mean_spacing, stretch
 from fsi.scene.model import Scene
 from fsi.sph import columns, implicit, wall_guard
 from fsi.sph.implicit import Scalars
@@ -44,8 +43,8 @@ def density_share(scene: Scene) -> float:
     return SOURCE if scene.bodies else RELAXATION
 
 
-def scalars(scene: Scene, depth: float, dtype) -> Scalars:
-    """The scalars of the scheme for a scene whose fluid is `depth` metres high."""
+def scalars(scene: Scene, layout: Layout, dtype) -> Scalars:
+    """The scalars of the scheme for a scene with this layout."""
     dim, dr, h, rho, numerics = (
         scene.dimension,
         scene.spacing,
@@ -53,8 +52,8 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         scene.fluid.density,
         scene.numerics,
     )
-    form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, mean_spacing(scene), h, dim).density
-    sound = math.sqrt(scene.gravity * depth) / numerics.mach
+    form, volume = shape(numerics.kernel, h, dim), 1 / filling(numerics.kernel, layout.volume ** (1 / dim), h, dim).density
+    sound = math.sqrt(scene.gravity * layout.depth) / numerics.mach
     slope, force = form.factor * volume, BodyForce(scene).uniform
     relaxation = density_share(scene)
     values = Scalars(
@@ -73,7 +72,7 @@ def scalars(scene: Scene, depth: float, dtype) -> Scalars:
         relaxation=relaxation,
         room=0.0 if relaxation == SOURCE else ROOM,
         density=rho,
-        mass=rho * dr**dim * stretch(scene) * (scene.tank.width if dim == 2 else 1.0),
+        mass=rho * layout.volume * (scene.tank.width if dim == 2 else 1.0),
         suction=1.0,
         guard_level=wall_guard.level(numerics.wall_guard),
         guard_reach2=(wall_guard.REACH * dr) ** -2,
@@ -87,7 +86,7 @@ class ImplicitFluid(Fluid):
     """The order of one step with `iisph`; walls act by weights (`WeightedWalls`)."""
 
     def _scalars(self, layout: Layout) -> Scalars:
-        return scalars(self.scene, layout.depth, self.dtype)
+        return scalars(self.scene, layout, self.dtype)
 
     def _compose(self, layout: Layout) -> None:
         L, D, scene = self.lanes, self.dim, self.scene
@@ -96,7 +95,7 @@ class ImplicitFluid(Fluid):
         self.rheology, self._stiff = None, False
         self.solids = WeightedWalls(scene, self.grid, layout, self.k, self.dtype, self.team, self.reductions, friction)
         self.work = Workspace(
-            scene, b, self.dtype, lambda n: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
+            scene, b, self.dtype, lambda n, b: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
             viscous=True, varies=True, dense=False, two_fields=False,
         )  # fmt: skip
         self.work.reserve(self.halo.expected(self.count))

@@ -42,8 +42,8 @@ class BoundaryTreatment(Protocol):
     def begin(self, centre: np.ndarray, twist: np.ndarray, smooth: np.ndarray | None) -> None:
         """The owners now: centre (owners, 3), twist (owners, 6), smooth (owners, 6, 6) as in `BodyMotion`."""
 
-    def arrange(self, placed: BoundaryState, scratch: np.ndarray, chosen: np.ndarray | None = None) -> None:
-        """Find the order of cells, of the `chosen` ones (k,) if they are given."""
+    def arrange(self, placed: BoundaryState, scratch: np.ndarray, chosen: np.ndarray) -> None:
+        """Find the order of cells of the `chosen` ones (k,), int32."""
 
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
         """Fill the rows from `first` on in xs and in each of `rows`."""

@@ -125,7 +125,7 @@ class WeightedWalls(BoundaryParticles):
         return self.smoothed(self._pressed(rows, rows, column, 1, linear=True)[None])[0]
 
     def _pressed(self, rows: np.ndarray, values: np.ndarray, column: int, least: int, linear: bool) -> np.ndarray:
-        wrench, forces = np.zeros((1, self.owners, 6)), self._forces(1)
+        wrench, forces = np.zeros((1, self.owners, 6)), self._forces()
         if self.count:
             self.team.run(
                 implicit.make_force(self.lanes, self.dim, self._kernel, column, linear), self.near.bounds, self.near.groups,
@@ -139,7 +139,7 @@ class WeightedWalls(BoundaryParticles):
         wrench = np.zeros((self.owners, 6))
         if not self._friction:
             return wrench
-        forces = self._forces(1)
+        forces = self._forces()
         if self.count:
             self.team.run(
                 self._friction, self.near.bounds, self.near.groups, self.first, flow, self._counted[: self.count], least,

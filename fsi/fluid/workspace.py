@@ -10,6 +10,7 @@ from fsi.scene.model import Scene
 from fsi.sph import columns
 
 PADDING = 16  # rows behind the last one, for vectors that are loaded whole
+MORE_BOUNDARY = 1.1  # room for boundary particles over those that are near the fluid, which will be more
 
 
 class Arena:
@@ -57,12 +58,12 @@ class Workspace:
     """
 
     def __init__(
-        self, scene: Scene, boundary: int, dtype, orders: Callable[[int], int], *, viscous: bool, varies: bool,
+        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, varies: bool,
         dense: bool, two_fields: bool, spare: float,
     ):  # fmt: skip
-        """boundary: its particles; orders: numbers that sorting so many fluid particles takes; viscous, varies: whether there
-        is viscosity, and of several values; dense: unequal densities; two_fields: more than one sweep; spare: room to keep
-        for more particles, as a factor."""
+        """boundary: its particles, at most; orders: numbers that sorting so many of fluid and boundary takes; viscous, varies:
+        whether there is viscosity, and of several values; dense: unequal densities; two_fields: more than one sweep; spare:
+        room to keep for more fluid particles, as a factor."""
         dim = self._dim = scene.dimension
         shifts = scene.shifting > 0
         self._widths = {
@@ -71,22 +72,27 @@ class Workspace:
             "field": columns.field(dim).width("r" if dense else "p"),
             "coefficients": columns.COEFFICIENTS.width("support" if shifts else "inner" if scene.closed else "counts"),
         }
-        self._boundary, self._dtype, self._orders, self._spare = boundary, dtype, orders, spare
+        self._most, self._dtype, self._orders, self._spare = boundary, dtype, orders, spare
         self._viscous, self._two_fields = viscous, two_fields
-        self._capacity = -1
+        self._capacity, self._boundary = -1, 0
         self._responses: tuple[np.ndarray, ...] = ()
 
-    def reserve(self, count: int) -> None:
-        """Make room for so many fluid particles, ghosts included; what stood is lost where there was not enough."""
-        if count <= self._capacity:
+    def reserve(self, count: int, boundary: int = 0) -> None:
+        """Make room for so many particles of the fluid, ghosts included, and of the boundary; what stood is lost where there
+        was not enough."""
+        if count <= self._capacity and boundary <= self._boundary:
             return
-        self._capacity = n = int(self._spare * count)
-        rows = n + self._boundary + PADDING
+        if count > self._capacity:
+            self._capacity = int(self._spare * count)
+        if boundary > self._boundary:
+            self._boundary = min(self._most, int(MORE_BOUNDARY * boundary))
+        n, b = self._capacity, self._boundary
+        rows = n + b + PADDING
         self.arena = None  # before new memory is taken
         self.trial = self.field = self._flow = self._twin = None
         self._responses = ()
         self.arena = Arena(
-            orders=((self._orders(n),), np.int32),
+            orders=((self._orders(n, b),), np.int32),
             xs=((self._dim, rows), np.float32),
             coefficients=((n, self._widths["coefficients"]), self._dtype),
         )

@@ -1,8 +1,10 @@
 """Cells: a fixed grid over the domain, and a parallel counting sort of particles into it.
 
 Cells are one spacing long and `ACROSS` spacings wide. A row of cells along x is a pencil; particles sorted by cell are
-contiguous along a pencil, which is what the groups of `fsi.particles.neighbours` need. The grid is padded by the kernel's
-support on all sides, so a search never leaves it. Particles outside the domain, or without a position, sort behind all others.
+contiguous along a pencil, which is what the groups of `fsi.particles.neighbours` need. A group of 8 or 16 of them should fill
+a square or a cube: its list, of all that are near one of them, is then the shortest. The grid is padded by the kernel's
+support on all sides, so a search never leaves it. Particles outside the domain,
+or without a position, sort behind all others.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from fsi.compute.jit import exact, helper
 from fsi.compute.lanes import at, claim
 from fsi.compute.team import Team, chunk_bounds
 
-ACROSS = 1.75
+ACROSS = {2: 3.6, 3: 2.1}  # by dimension; few rows of a lattice lie on the edge of a cell
 FEW_CELLS, EMPTY = 250_000, 16  # cells, and cells a particle, up to which all are kept
 PIECE = 32768  # cells whose counts one thread adds up at a time
 
@@ -51,12 +53,13 @@ class Grid:
     def over(cls, domain_min, domain_max, spacing: float, support: float, particles: float = math.inf) -> Grid:
         """The grid over a domain, compact where it is large for so many particles."""
         low, high = np.asarray(domain_min, float), np.asarray(domain_max, float)
-        sides = spacing * np.array([1.0] + [ACROSS] * (len(low) - 1))
+        cell = spacing * np.array([1.0, ACROSS[len(low)]])
+        sides = cell[[0] + [1] * (len(low) - 1)]
         pad = (np.ceil(support / sides) + 1) * sides
         count = ((high - low + 2 * pad) / sides).astype(int) + 2
         shape = (int(count[0]), int(count[1]), int(count[2]) if len(low) == 3 else 1)
         compact = math.prod(shape) > max(FEW_CELLS, EMPTY * particles)
-        return cls(low - pad, low, high, np.array([spacing, ACROSS * spacing]), shape, compact)
+        return cls(low - pad, low, high, cell, shape, compact)
 
 
 @helper()

@@ -14,6 +14,8 @@ from fsi.scene.region import contains, corners, shaped, spans, volume
 
 FILLED = 0.02  # share by which the fluid of a shape may differ from its volume without a note
 
+EXACT = 1e-6  # share to which volumes of the lattice are known
+
 Filling = tuple[Block, int]  # a block, and the number of its liquid
 
 
@@ -54,16 +56,35 @@ def along_the_slope(scene: Scene, block: Block) -> np.ndarray:
     return points[contains(block, points, scene.spacing)]
 
 
-def free(scene: Scene, before: list[Filling], solids: list[Solid], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Those of the points (n, dim) that are neither in a block `before` nor in a solid, and their clearance from solids."""
+def free(scene: Scene, before: list[Filling], solids: list[Solid], points: np.ndarray) -> tuple:
+    """Those of the points (n, dim) that are neither in a block `before` nor in a solid, their clearance (n,) from solids, and
+    how many cells the solids leave of those of all points, parts of cells counted."""
     for block, _ in before:  # blocks may overlap: the first one holds the particle
         points = points[~contains(block, points, scene.spacing)]
+    clear = clearance(solids, points)
+    fits = clear > 1e-6 * scene.spacing  # so that the volume is right on average
+    return points[fits], clear[fits], cells_left(scene, clear)
+
+
+def clearance(solids: list[Solid], points: np.ndarray) -> np.ndarray:
+    """Distance (n,) of points (n, dim) from all solids, infinite without any."""
     clear = np.full(len(points), math.inf)
     for solid in solids:
-        clear = np.minimum(clear, gap := solid.clearance(points))
-        fits = gap > 1e-6 * scene.spacing  # so that the volume is right on average
-        points, clear = points[fits], clear[fits]
-    return points, clear
+        np.minimum(clear, solid.clearance(points), out=clear)
+    return clear
+
+
+def cells_left(scene: Scene, clear: np.ndarray) -> float:
+    """How many cells solids leave, of those with the middle so far (n,) from their surface: a plane cuts a part off each."""
+    side = math.prod(cell(scene)) ** (1 / scene.dimension)
+    return float(np.clip(0.5 + clear / side, 0.0, 1.0).sum())
+
+
+def particle_volume(scene: Scene, cells: float, count: int) -> float:
+    """Volume [m3; m2 in two dimensions] of each of `count` particles that start in the lattice where solids leave so many cells
+    of it: so the still water level is right, wherever the solids cut the lattice."""
+    share = cells / count if count else 1.0
+    return math.prod(cell(scene)) * (share if abs(share - 1.0) > EXACT else 1.0)
 
 
 def load(points: np.ndarray, blocks: list[Filling], density: np.ndarray, spacing: float) -> np.ndarray:

@@ -7,7 +7,7 @@ earlier in the list keeps them. What then still stands closer than NEAR at a sea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
@@ -100,19 +100,34 @@ def distances(points: np.ndarray, others: np.ndarray, reach: float, itself: bool
     """Distance (n,) of the points (n, dim) to the nearest of the others (k, dim), `reach` where that is farther [m]; with
     `itself`, where the others are the points, to the nearest but itself."""
     best = np.full(len(points), reach)
+    for i, j in _beside(points, others, reach):
+        found = np.linalg.norm(points[i] - others[j], axis=1)
+        best[i] = np.minimum(best[i], np.where(i == j, reach, found) if itself else found)
+    return best
+
+
+def pairs_within(points: np.ndarray, others: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (k,) of the points (n, dim) and (k,) of the others (m, dim) that are within `reach` [m] of each other."""
+    found = [(np.empty(0, int), np.empty(0, int)), *_beside(points, others, reach)]
+    i, j = (np.concatenate(values) for values in zip(*found, strict=True))
+    near = ((points[i] - others[j]) ** 2).sum(1) < reach**2
+    return i[near], j[near]
+
+
+def _beside(points: np.ndarray, others: np.ndarray, reach: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Numbers of points and of others in the same cell of side `reach` or in cells that touch; each point at most once a
+    time."""
     if len(points) == 0 or len(others) == 0:
-        return best
+        return
     origin = np.minimum(points.min(0), others.min(0)) - 1.5 * reach
     cell, other_cell = (np.floor((x - origin) / reach).astype(np.int64) for x in (points, others))
     stride = np.cumprod([1, *(np.maximum(cell.max(0), other_cell.max(0)) + 3)])[:-1]
     key = other_cell @ stride
     order = np.argsort(key, kind="stable")
-    key, others = key[order], others[order]
+    key = key[order]
     for offset in np.indices([3] * points.shape[1]).reshape(points.shape[1], -1).T - 1:
         wanted = (cell + offset) @ stride
         first, last = np.searchsorted(key, wanted, "left"), np.searchsorted(key, wanted, "right")
         while len(at := np.flatnonzero(first < last)):
-            found = np.linalg.norm(points[at] - others[first[at]], axis=1)
-            best[at] = np.minimum(best[at], np.where(order[first[at]] == at, reach, found) if itself else found)
+            yield at, order[first[at]]
             first[at] += 1
-    return best

@@ -8,15 +8,17 @@ from fsi.errors import SceneError
 from fsi.protocols import Solid
 from fsi.scene.model import Scene
 
+PLACES = 20  # along each side of a flux plane, at which it is asked whether it lies in a solid
 ON_FACE = 0.1  # spacings that a probe on the face of a solid may lie under it
 
 
 def check_instruments(scene: Scene, solids: list[tuple[int, Solid]]) -> None:
     """Raise SceneError, one line each, for probes inside a solid at t = 0 and for gauges whose vertical lies inside fixed
     solids all the way; `solids` with their owners, 0 where they are fixed."""
-    if not solids or not (scene.probes or scene.gauges or scene.velocimeters):
+    if not solids or not (scene.probes or scene.gauges or scene.velocimeters or scene.fluxes):
         return
     faults = [*_buried_probes(scene, [solid for _, solid in solids])]
+    faults += _buried_planes(scene, [solid for owner, solid in solids if owner == 0])
     faults += _buried_gauges(scene, [solid for owner, solid in solids if owner == 0])
     if faults:
         raise SceneError("\n".join(map(str, faults)))
@@ -38,6 +40,15 @@ def _buried_probes(scene: Scene, solids: list[Solid]):
             yield SceneError(
                 fault, key=f"velocimeters.{name}", fix="move it into the fluid, or make the profile shorter"
             )
+
+
+def _buried_planes(scene: Scene, fixed: list[Solid]):
+    for name, plane in scene.fluxes.items() if fixed else ():
+        sides = [np.linspace(a, b, 1 if a == b else PLACES) for a, b in zip(plane.min, plane.max, strict=True)]
+        points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
+        if (_clearance(fixed, points) < 0).all():
+            fault, fix = "lies inside a solid, where nothing can pass", "move it over the crest, or into the fluid"
+            yield SceneError(fault, key=f"fluxes.{name}", fix=fix)
 
 
 def _buried_gauges(scene: Scene, fixed: list[Solid]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,17 @@ import numpy as np
 from fsi.errors import SceneError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles import hydrostatics
-from fsi.particles.filling import Filling, along_the_slope, fillings, free, load, on_the_lattice, uneven
+from fsi.particles.crowded import CLEAR, made_room
+from fsi.particles.filling import (
+    Filling,
+    along_the_slope,
+    fillings,
+    free,
+    load,
+    on_the_lattice,
+    particle_volume,
+    uneven,
+)
 from fsi.particles.fixed import Surface, joined, unburied
 from fsi.particles.ghosts import Periodic
 from fsi.particles.hydrostatics import Cells
@@ -21,7 +32,7 @@ from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, 
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
 
-CLEAR = 0.9  # gradient of the distance to a body, from which on it is a normal
+NORMAL = 0.9  # gradient of the distance to a body, from which on it is a normal
 
 
 @dataclass(frozen=True)
@@ -30,8 +41,9 @@ class Layout:
 
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
     liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
-    normal (b, dim): outward normals of the bodies at their boundary particles, 0 elsewhere, None without bodies;
-    depth: height of the fluid [m]; notes: what the user should know; loads (loads, b, dim): see `load_weights`, None without.
+    normal (m, dim): outward normals of the bodies at their boundary particles, the last m, None without bodies;
+    depth: height of the fluid [m]; volume: that a particle stands for [m3; m2 in two dimensions]; notes: what the user should
+    know; loads (loads, b, dim): see `load_weights`, None without.
     """
 
     position: np.ndarray
@@ -42,6 +54,7 @@ class Layout:
     domain_min: np.ndarray
     domain_max: np.ndarray
     depth: float
+    volume: float
     notes: tuple[str, ...]
     liquid: np.ndarray | None = None
     glued: np.ndarray | None = None
@@ -58,15 +71,20 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     if scene.sea and scene.sea.start == "waves":
         from fsi.particles.sea import under_waves
 
-        (position, velocity, pressure), liquid, left_out = under_waves(scene, obstacles), None, ()
+        (position, velocity, pressure, clear, volume), liquid, left_out = under_waves(scene, obstacles), None, ()
     else:
-        position, velocity, pressure, liquid, left_out = _fluid(scene, obstacles)
+        position, velocity, pressure, liquid, clear, volume, left_out = _fluid(scene, obstacles)
     if len(position) == 0:
         raise SceneError(
             "the scene holds no fluid particle",
             key="fluid",
             fix="raise fluid.still_water_level above the tank's bottom, or add [[fluid.blocks]]",
         )
+    if not scene.closed:  # rows as far apart as the particles' volume has them
+        rise = (position[:, -1] - scene.tank.min[-1]) * (volume / math.prod(cell(scene)) - 1.0)
+        position[:, -1] += rise
+        if start(scene) != "zero":
+            pressure = np.maximum(0.0, pressure - scene.fluid.density * scene.gravity * rise)
     glued = None
     if gaps:
         glued = np.concatenate([np.full(len(gap.position), owner) for owner, gap in gaps])
@@ -76,6 +94,9 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
     boundary, normal, owner, source = _boundary(scene, solids)
+    if scene.numerics.wall_guard > 0 and obstacles:
+        near = np.flatnonzero(clear < CLEAR * scene.spacing)
+        position[near] = made_room(position[near], boundary, scene.numerics.wall_guard, scene.spacing)
     if scene.sea and bodies:
         from fsi.particles.sea import check_zones
 
@@ -103,6 +124,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         low,
         high,
         fluid_height(scene),
+        volume,
         notes,
         liquid,
         glued,
@@ -112,22 +134,26 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
 
 
 def _fluid(scene: Scene, solids: list[Solid]):
-    """Blocks of fluid on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`), or
+    """Position, velocity, pressure and liquid of the fluid, its clearance from the solids, the volume of a particle, and notes:
+    blocks on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`), or
     along a slope, without what the solids displace, and without cells that the tank's far walls cut."""
     blocks, spacing, notes = fillings(scene), scene.spacing, ()
-    parts, stand_ins, aligned = [], [], []
+    parts, stand_ins, aligned, cells = [], [], [], 0.0
     for number, (block, liquid) in enumerate(blocks):
         slope = block.angle is not None
         points = along_the_slope(scene, block) if slope else on_the_lattice(scene, block)
         if shaped(block):
             notes += tuple(uneven(scene, _key(scene, block), block, len(points)))
         for kind, of in ((parts, points), (stand_ins, on_the_lattice(scene, block))) if slope else ((parts, points),):
-            of, clear = free(scene, blocks[:number], solids, of)
+            of, clear, left = free(scene, blocks[:number], solids, of)
+            cells += left
             top = region.top(block, of, spacing) if shaped(block) else np.full(len(of), block.max[-1])
             velocity = np.tile(np.zeros(scene.dimension) if block.velocity is None else block.velocity, (len(of), 1))
             kind.append((of, velocity, np.full(len(of), liquid, np.int8), top, clear))
         aligned.append(np.full(len(parts[-1][0]), slope))
     position, velocity, liquid, top, clear = (np.concatenate(values) for values in zip(*parts, strict=True))
+    plain = len(scene.all_liquids) == 1 and not any(shaped(block) or block.angle is not None for block, _ in blocks)
+    volume = particle_volume(scene, cells if plain else len(position), len(position))
     if not stand_ins:
         pressure, pocket = _pressure(scene, blocks, solids, position, liquid, top, clear)
     else:  # the hydrostatic pressure needs columns: those of the tank's lattice, which stand in for particles along a slope
@@ -144,8 +170,8 @@ def _fluid(scene: Scene, solids: list[Solid]):
         kept = (pocket == 0) | (room[pocket] >= spacing)
         if lost := int((~kept).sum()):
             notes += (f"fluid: {lost} particles in sealed gaps narrower than three spacings are left out",)
-    position, velocity, pressure, liquid = (values[kept] for values in (position, velocity, pressure, liquid))
-    return position, velocity, pressure, liquid if scene.liquids else None, notes
+    position, velocity, pressure, liquid, clear = (v[kept] for v in (position, velocity, pressure, liquid, clear))
+    return position, velocity, pressure, liquid if scene.liquids else None, clear, volume, notes
 
 
 def _key(scene: Scene, block: Block) -> str:
@@ -191,8 +217,8 @@ def _off_cells(scene: Scene, blocks: list[Filling], cells: list, found: tuple, p
 
 
 def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
-    """Boundary particles (n, dim), the outward normals (n, dim) of bodies, owners (n,), by which they are sorted, and the
-    number (n,) of the solid that each is of, -1 for the tank's walls."""
+    """Boundary particles (n, dim), the outward normals (m, dim) of those of bodies, owners (n,), by which they are sorted, and
+    the number (n,) of the solid that each is of, -1 for the tank's walls."""
     points, owners = wall_particles(scene)
     clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
     fixed = [n for n, (owner, _) in enumerate(solids) if owner == WALL]
@@ -213,11 +239,11 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
     source = np.concatenate([np.full(len(points), -1), *(np.full(len(c), n) for n, c in enumerate(clouds))])
     order = np.argsort(owner, kind="stable")
     boundary, owner, source = boundary[order], owner[order].astype(np.int32), source[order]
-    normal = np.zeros_like(boundary) if owner.max(initial=0) >= FIRST_BODY else None
+    normals = []
     for body in np.unique(owner[owner >= FIRST_BODY]):
         own = [solid for its_owner, solid in solids if its_owner == body]
-        normal[owner == body] = _normals(own, boundary[owner == body], 0.1 * scene.spacing)
-    return boundary, normal, owner, source
+        normals.append(_normals(own, boundary[owner == body], 0.1 * scene.spacing))
+    return boundary, np.concatenate(normals) if normals else None, owner, source
 
 
 def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray:
@@ -230,7 +256,7 @@ def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray
     rise = [clearance(points + step * axis) - clearance(points - step * axis) for axis in np.eye(points.shape[1])]
     normal = np.stack(rise, axis=1) / (2 * step)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.where(length > CLEAR, normal / np.maximum(length, CLEAR), 0.0)
+    return np.where(length > NORMAL, normal / np.maximum(length, NORMAL), 0.0)
 
 
 def _off_lattice(scene: Scene):

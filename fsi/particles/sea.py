@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.errors import SceneError
+from fsi.particles.filling import cells_left, clearance, particle_volume
 from fsi.particles.tank import axis, lattice
 from fsi.protocols import BodySet, Solid
 from fsi.scene.geometry import cell, incident_waves, sea_sides, sea_zone
 from fsi.scene.model import Scene
 
 
-def under_waves(scene: Scene, solids: list[Solid]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity (n, dim) and pressure (n,) of the fluid: the lattice of still water, carried to where the waves have
-    it at t = 0, without what is inside the solids."""
+def under_waves(scene: Scene, solids: list[Solid]) -> tuple:
+    """Position, velocity (n, dim), pressure (n,) and clearance (n,) from the solids of the fluid, the lattice of still water
+    carried to where the waves have it at t = 0, without what is inside the solids; and the volume of a particle."""
     tank, dr, level, waves = scene.tank, scene.spacing, scene.fluid.still_water_level, incident_waves(scene)
     top = (*tank.max[:-1], level)
     home = lattice([axis(a, b, a, side) for a, b, side in zip(tank.min, top, cell(scene), strict=True)])
@@ -21,10 +22,10 @@ def under_waves(scene: Scene, solids: list[Solid]) -> tuple[np.ndarray, np.ndarr
     position = waves.carried(0.0, home)
     velocity, pressure = waves.velocity(0.0, position), waves.pressure_of(0.0, home, scene.fluid.density)
     position[:, -1] += level
-    for solid in solids:
-        free = solid.clearance(position) > 1e-6 * dr
-        position, velocity, pressure = position[free], velocity[free], pressure[free]
-    return position, velocity, np.maximum(pressure, 0.0)
+    clear = clearance(solids, position)
+    free = clear > 1e-6 * dr
+    volume = particle_volume(scene, cells_left(scene, clear), int(free.sum()))
+    return position[free], velocity[free], np.maximum(pressure, 0.0)[free], clear[free], volume
 
 
 def check_zones(scene: Scene, bodies: BodySet) -> None:

@@ -91,8 +91,8 @@ class ParticleState:
 
 class BoundaryState:
     """The boundary particles as they were placed last. Owns position, velocity (b, dim), owner (b,) in ascending order, normal
-    (b, dim), outward, of bodies, 0 elsewhere, None without bodies, and `skin` (b, dim), the velocity that viscosity feels,
-    None where that is `velocity` (`BodyMotion.smooth`), and `acceleration` (b, dim) besides that of the owners, None without
+    (m, dim), outward, of those of bodies, which are the last m, and `skin` (b, dim), the velocity that viscosity feels, None
+    where that is `velocity` (`BodyMotion.smooth`), and `acceleration` (b, dim) besides that of the owners, None without
     the flexible walls of a sea, which set it anew in each step. All are in the order of the layout, for the whole run."""
 
     NAMES = ("position", "velocity", "owner", "normal", "skin")
@@ -100,7 +100,7 @@ class BoundaryState:
     def __init__(self, layout: Layout):
         self.position, self.owner = layout.boundary.copy(), layout.owner.copy()
         self.velocity = np.zeros_like(self.position)
-        self.normal = None if layout.normal is None else layout.normal.copy()
+        self.normal = self.position[:0].copy() if layout.normal is None else layout.normal.copy()
         self.skin: np.ndarray | None = None
         self.acceleration: np.ndarray | None = None
 
@@ -113,6 +113,11 @@ class BoundaryState:
         """Boundary particles of an owner."""
         return slice(*np.searchsorted(self.owner, [owner, owner + 1]))
 
+    def normal_of(self, owner: int) -> np.ndarray:
+        """Normals (b, dim) of the boundary particles of a body, to be read and written."""
+        chosen, fixed = self.of_owner(owner), len(self.owner) - len(self.normal)
+        return self.normal[chosen.start - fixed : chosen.stop - fixed]
+
     def place(
         self, owner: int, position: np.ndarray, velocity: np.ndarray, skin: np.ndarray | None = None,
         normal: np.ndarray | None = None,
@@ -122,7 +127,7 @@ class BoundaryState:
         chosen = self.of_owner(owner)
         self.position[chosen], self.velocity[chosen] = position, velocity
         if normal is not None:
-            self.normal[chosen] = normal
+            self.normal_of(owner)[:] = normal
         if skin is not None and self.skin is None:
             self.skin = self.velocity.copy()
         if self.skin is not None:
@@ -134,8 +139,12 @@ class BoundaryState:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go on from `state`, bit for bit."""
+        normal = self.normal
         for name in self.NAMES:
             setattr(self, name, np.array(state[name]) if name in state else None)
+        if len(normal):  # those of all boundary particles, in states of long ago
+            normal[:] = self.normal[-len(normal) :]
+        self.normal = normal
 
     @property
     def nbytes(self) -> int:

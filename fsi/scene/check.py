@@ -14,7 +14,7 @@ from fsi.scene.check_sea import sea_faults, sea_warnings
 from fsi.scene.check_size import size_faults
 from fsi.scene.check_waves import wave_faults, wave_warnings
 from fsi.scene.fields import field_of
-from fsi.scene.geometry import all_blocks, fluid_height, fluid_volume
+from fsi.scene.geometry import all_blocks, fluid_height, fluid_volume, restless
 from fsi.scene.model import Scene
 from fsi.waves.kind import Fault
 
@@ -23,6 +23,7 @@ def check_scene(scene: Scene, file: object = "") -> None:
     """Raise SceneError with one line for each contradiction in the scene."""
     checks = (
         _output,
+        _start,
         implicit_faults,
         _positions,
         liquid_faults,
@@ -70,6 +71,13 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
 
 def _sizes(scene: Scene) -> Iterator[Fault]:
     return size_faults(scene, max(0.0, fluid_volume(scene)), fluid_height(scene))
+
+
+def _start(scene: Scene) -> Iterator[Fault]:
+    """Water that is to come to rest before t = 0 and never would."""
+    if scene.fluid.start == "settled" and (key := restless(scene)):
+        fault = f'"settled" lets the fluid come to rest before t = 0, which {key} does not'
+        yield "fluid.start", fault, 'use "auto", or leave it out'
 
 
 def _output(scene: Scene) -> Iterator[Fault]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fsi.owners import FIRST_BODY
+from fsi.owners import FIRST_BODY, WALL
 from fsi.protocols import BodySet, Solid
 from fsi.scene.model import Scene
 
@@ -63,24 +63,45 @@ def afloat(scene: Scene, hydrostatics: dict) -> list[str]:
 
 
 def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[str]:
-    """Water beside a body in which no ball of `SPACINGS` fits: gaps to walls and to other bodies, columns within it. A corner
-    is not narrow: told is what goes deeper than that into the water, from where such a ball does fit."""
+    """Water beside a body or a fixed geom in which no ball of `SPACINGS` fits: gaps to walls and to other bodies, columns
+    within it. A corner is not narrow: told is what goes deeper than that into the water, from where such a ball does fit."""
     if not bodies or scene.fluid.blocks:
         return []
     solids = [(owner, solid) for owner, solid in bodies.solids() if hasattr(solid, "bounds")]
     every = [solid for _, solid in bodies.solids()] + ([ground] if ground else [])
     lines = []
+    one = [(f"geom {solid.name!r}", [solid]) for owner, solid in solids if owner == WALL and getattr(solid, "name", "")]
     for b, name in enumerate(bodies.names):
-        own = [solid for owner, solid in solids if owner == FIRST_BODY + b]
+        one.append((f"body {name!r}", [solid for owner, solid in solids if owner == FIRST_BODY + b]))
+    for name, own in one:
         points = _around(scene, own)
         if points is None:
-            lines.append(f"body {name!r}: narrow water was not looked for, its surroundings have over {MOST} cells")
+            lines.append(f"{name}: narrow water was not looked for, its surroundings have over {MOST} cells")
         elif (found := _narrowest(scene, *points, every)) is not None:
             place = ", ".join(f"{axis} = {value:.3g}" for axis, value in zip(scene.tank.axes, found[0], strict=True))
             lines.append(
-                f"body {name!r}: the water at {place} m is narrower than {SPACINGS} spacings "
+                f"{name}: the water at {place} m is narrower than {SPACINGS} spacings "
                 f"({SPACINGS * scene.spacing:.3g} m): what flows there is not resolved; "
                 f"a spacing of {found[1] / SPACINGS:.2g} m resolves it"
+            )
+    return lines
+
+
+def slowed(scene: Scene, bodies: BodySet | None) -> list[str]:
+    """Moving bodies, and fixed geoms whose load is asked for, that stand in a damping zone at the start."""
+    lines, asked = [], {load.on for load in scene.loads.values()}
+    for n, zone in enumerate(scene.damping if bodies else ()):
+        axis, found = scene.tank.axes.index(zone.axis), []
+        for owner, solid in bodies.solids():
+            name = getattr(solid, "name", "")
+            if hasattr(solid, "bounds") and (owner >= FIRST_BODY or name in asked):
+                low, high = (float(end[axis]) for end in solid.bounds())
+                if low < zone.end and high > zone.start:
+                    found.append(f"geom {name!r}")
+        if found:
+            where = f"{zone.axis} = {zone.start:g} to {zone.end:g} m"
+            lines.append(
+                f"damping[{n}]: {', '.join(found)} in it, {where}: the water is slowed there, and its loads with it"
             )
     return lines
 

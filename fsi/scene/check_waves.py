@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fsi.protocols import Solid
 from fsi.scene.geometry import piston_motion, piston_path, wave_depth
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
@@ -15,6 +16,8 @@ from fsi.waves.sponge import reflection
 
 FAST = 0.6  # piston speed over sqrt(g depth) that throws the water up
 REFLECTING = 0.1  # part of the wave height that a damping zone had better not send back
+SHALLOWER = 0.02  # part of the depth that the bed may stand over the tank's floor at the piston
+STEPS, ACROSS = 500, 9  # places over the depth and across the tank, at which it is looked for
 
 
 def wave_faults(scene: Scene) -> Iterator[Fault]:
@@ -110,6 +113,28 @@ def wave_summary(scene: Scene) -> list[str]:
 
 def _water(scene: Scene) -> Water:
     return Water(wave_depth(scene), scene.gravity, scene.spacing)
+
+
+def bed_at_piston(scene: Scene, ground: Solid | None) -> list[str]:
+    """A warning where the bathymetry stands over the tank's floor at the piston: the waves are those of the depth to the
+    floor."""
+    if scene.waves is None or ground is None:
+        return []
+    low, level, depth = scene.tank.min, scene.fluid.still_water_level, wave_depth(scene)
+    sides = [(low[0] + 0.5 * scene.spacing,)]
+    if scene.dimension == 3:
+        sides = [(*sides[0], y) for y in np.linspace(low[1], scene.tank.max[1], ACROSS + 2)[1:-1]]
+    heights = np.linspace(level - depth, level, STEPS)
+    points = np.array([(*side, z) for side in sides for z in heights])
+    covered = (ground.clearance(points) < 0.0).reshape(len(sides), STEPS).mean()
+    if covered < SHALLOWER:
+        return []
+    bed = level - depth * (1 - covered)
+    return [
+        f"tank.bathymetry: at the piston the bed lies at z = {bed:.3g} m, {covered * depth:.2g} m over the tank's floor: "
+        f"the waves are made for {depth:.3g} m of water where there are {level - bed:.3g} m; "
+        f"set tank.min[{len(low) - 1}] = {bed:.3g}"
+    ]
 
 
 def _responses(scene: Scene) -> Iterator[tuple[str, float, float, float, float]]:

@@ -102,7 +102,8 @@ def _shown(given: object) -> str:
 
 def _choice(given: str, known: list[str], otherwise: str) -> str:
     """The fix for a word that is not known."""
-    close = get_close_matches(given, known, n=1)
+    close = [word for word in known if given in word] if len(given) > 3 else []
+    close = close or get_close_matches(given, known, n=1)
     return f"did you mean {close[0]}?" if close else otherwise.format(", ".join(known))
 
 

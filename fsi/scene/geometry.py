@@ -79,22 +79,31 @@ def cell(scene: Scene) -> tuple[float, ...]:
     return tuple(sides)
 
 
-def stretch(scene: Scene) -> float:
-    """Volume of a cell over that of one of the spacing."""
-    return math.prod(side / scene.spacing for side in cell(scene))
-
-
-def mean_spacing(scene: Scene) -> float:
-    """Side of the cube, in two dimensions the square, of the volume that a particle stands for [m]."""
-    return scene.spacing * stretch(scene) ** (1 / scene.dimension)
-
-
-def start(scene: Scene) -> str:
-    """The pressure that the scene starts from: "hydrostatic", "converged" or "zero". A block with a free
-    side has no hydrostatic pressure once it is let go, and with that a dam break would gain energy."""
+def start(scene: Scene, fixed: bool = False) -> str:
+    """What the scene starts from: "hydrostatic", "converged" or "zero" pressure, or "settled". A block with a free side has no
+    hydrostatic pressure once it is let go, and with that a dam break would gain energy. Water that meets a bathymetry or
+    other `fixed` solids, which cut its lattice anywhere, settles, where nothing says that it should move."""
     if scene.fluid.start != "auto":
         return scene.fluid.start
-    return "converged" if scene.gravity > 0 and scene.fluid.blocks and _free_side(scene) else "hydrostatic"
+    if scene.gravity > 0 and scene.fluid.blocks and _free_side(scene):
+        return "converged"
+    return "settled" if fixed and not restless(scene) else "hydrostatic"
+
+
+def restless(scene: Scene) -> str:
+    """Why the fluid of a scene is not at rest at t = 0 [the key that says so], empty where it is."""
+    fluid, blocks = scene.fluid, all_blocks(scene)
+    if scene.gravity == 0:
+        return "gravity"
+    if fluid.acceleration or fluid.acceleration_gradient:
+        return "fluid.acceleration" if fluid.acceleration else "fluid.acceleration_gradient"
+    if scene.liquids:
+        return "liquids"
+    if scene.sea:
+        return "sea"
+    if moved := [key for key, block in blocks.items() if block.velocity]:
+        return f"{moved[0]}.velocity"
+    return "fluid.blocks" if blocks and _free_side(scene) else ""
 
 
 def _free_side(scene: Scene) -> bool:

@@ -131,8 +131,9 @@ class Fluid(Liquid):
     still_water_level: Number = 0.0  # [m]
     acceleration: tuple[Number, ...] | None = None  # of all fluid, besides gravity, such as a pressure gradient / rho
     acceleration_gradient: tuple[tuple[Number, ...], ...] | None = None  # G [1/s2] of a further acceleration G x at x
-    start: Literal["auto", "hydrostatic", "converged", "zero"] = (
-        "auto"  # pressure at t = 0; auto: converged where a block has a free side face, hydrostatic elsewhere
+    start: Literal["auto", "hydrostatic", "converged", "zero", "settled"] = (
+        "auto"  # pressure at t = 0, or water that comes to rest before; auto: converged where a block has a free side face,
+        # settled where still water meets a bathymetry or fixed wet geoms, hydrostatic elsewhere
     )
 
 

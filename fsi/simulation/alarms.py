@@ -1,4 +1,4 @@
-"""Alarms of a run: fluid that is lost, and energy that comes from nowhere.
+"""Alarms of a run: fluid that is lost or has slipped into a solid, and energy that comes from nowhere.
 
 Each is told once when it begins, warned of and at last an error (`[alarms]` of the scene), with the likeliest cause.
 """
@@ -13,25 +13,28 @@ from fsi.errors import RunError
 from fsi.owners import FIRST_BODY, PISTON, WALL
 from fsi.particles.fixed import NEAR as CROWDED
 from fsi.particles.fixed import distances
+from fsi.simulation.slipped import Slipped
 from fsi.state import Remembers
 
 WARN_LOST = 0.1  # share of `alarms.lost_particles` at which the loss is warned of
 WARN_ENERGY = 0.02  # of the energy that there is to come by, from which on energy from nowhere is warned of
+LOOKS = 10  # at where the fluid is, in a run
 NEAR = 3.0  # spacings from a body within which a particle is lost beside it
 
 
 class Alarms(Remembers):
     """Watches the fluid and the balance of a simulation; `notes` are its warnings."""
 
-    remembered = ("notes", "_lost", "_first", "_warned")
+    remembered = ("notes", "_lost", "_first", "_warned", "_looks", "_inside")
 
-    def __init__(self, sim):
-        self._sim, self._limits = sim, sim.scene.alarms
+    def __init__(self, sim, slipped: Slipped):
+        self._sim, self._limits, self._slipped = sim, sim.scene.alarms, slipped
         self._started_with = sim.fluid.count
         self.notes: list[str] = []
         self._lost = 0
         self._first = ""  # when and where the first was lost
         self._warned: list[str] = []
+        self._looks = self._inside = 0  # at where the fluid is, and how much of it was inside solids at the last
 
     @property
     def lost_share(self) -> float:
@@ -42,13 +45,17 @@ class Alarms(Remembers):
         """For `run.json`."""
         fluid, sides = self._sim.fluid, self._sim.scene.tank.open
         left = {"left_particles": dict(zip(sides, fluid.left.tolist(), strict=True))} if sides else {}
-        return {"lost_particles": fluid.lost, "lost_share": self.lost_share, "first_lost": self._first, **left}
+        lost = {"lost_particles": fluid.lost, "lost_share": self.lost_share, "first_lost": self._first}
+        return lost | {"slipped_particles": self._inside} | left
 
     def check(self, kept: str) -> None:
         """After a step. Raises RunError where a limit is passed; `kept` says what the log holds."""
         self._check_energy(kept)
         if self._sim.fluid.lost > self._lost:
             self._check_lost(kept)
+        if self._sim.time >= (self._looks + 1) / LOOKS * self._sim.scene.duration * (1 - 1e-9):
+            self._looks += 1
+            self._check_slipped(kept)
 
     def _warn(self, alarm: str, text: str) -> None:
         """Tell a warning at its first time."""
@@ -118,6 +125,27 @@ class Alarms(Remembers):
             f"the walls are doubled: {len(close)} of their particles are closer than {CROWDED:g} spacings "
             f"to another, such as at {_point(walls[close[0]])}; move the bathymetry or the fixed geoms off the tank's walls"
         )
+
+    # -------------------------------------------------------------------------------------- inside solids
+
+    def _check_slipped(self, kept: str) -> None:
+        fluid, limit = self._sim.fluid, self._limits.lost_particles
+        depth = self._slipped.depth(fluid)
+        self._inside = int(fluid.reductions.combined(int((depth > self._slipped.limit()).sum())))
+        if not self._inside:
+            return
+        at, share = fluid.reductions.at_largest(depth, fluid.position), self._inside / self._started_with
+        told = (
+            f"{self._inside} of {self._started_with} particles ({100 * share:.2g} %) have slipped between boundary particles "
+            f"and are inside a solid or behind a wall, the deepest at {_point(at)}"
+        )
+        cause = (
+            self.doubled_walls
+            or "an edge between two solids, or a plate thinner than the boundary: try a finer spacing"
+        )
+        if share >= limit * (1 - 1e-9):
+            raise RunError("unstable " + self._told(told, cause, f"alarms.lost_particles = {limit:g}", kept))
+        self._warn("slipped", self._told(told, cause))
 
     # -------------------------------------------------------------------------------------- energy
 

@@ -18,7 +18,7 @@ from fsi.fluid.choice import make_fluid
 from fsi.fluid.fluid import Fluid
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.timestep import TimeStep, to_reach
-from fsi.owners import FIRST_BODY
+from fsi.owners import FIRST_BODY, WALL
 from fsi.particles.layout import build
 from fsi.protocols import BodySet, Controller, Coupler, Event, Frame, Moment, Recorder, Solid
 from fsi.scene.binding import bind
@@ -29,6 +29,7 @@ from fsi.simulation.balance import Balance
 from fsi.simulation.events import Watch
 from fsi.simulation.instruments import Instruments
 from fsi.simulation.motion import Motion, Movers
+from fsi.simulation.slipped import Slipped
 from fsi.simulation.stability import Stability
 from fsi.sph.columns import corrector_sums
 from fsi.state import Remembers
@@ -71,7 +72,7 @@ class Simulation(Remembers):
 
     remembered = (
         "time", "dt", "step_count", "fluid", "balance", "instruments", "bodies", "coupler", "absorber", "_limits", "_speed",
-        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms", "control",
+        "_acceleration", "_stopped", "_passes", "_due", "_stability", "_watch", "alarms", "control", "_settled",
     )  # fmt: skip
 
     def __init__(
@@ -114,11 +115,13 @@ class Simulation(Remembers):
         self._passes = np.zeros(3)  # pressure updates, linear responses, most updates in a step
         self._due = {"series": 0.0, "particles": 0.0}
         self._stability = Stability(self)
-        self.alarms = Alarms(self)
+        self.alarms = Alarms(self, Slipped(scene, bodies, ground))
         self.events: list[Event] = []
         self._watch = Watch(scene, layout.depth, bodies)
         self._began = clock.perf_counter()
         self._recording = False
+        fixed = ground is not None or any(owner == WALL for owner, _ in (bodies.solids() if bodies else ()))
+        self._settled = start(scene, fixed) != "settled" or self.glue is not None
         self.control = None
         if scene.control:
             from fsi.simulation.control import controller_of
@@ -201,6 +204,18 @@ class Simulation(Remembers):
             for recorder in self.recorders:
                 recorder.begin(self.scene, self.bodies)
 
+    def settle(self) -> None:
+        """Let the water come to rest, where the scene starts so and it has not been done; the first step does so too."""
+        if self._settled:
+            return
+        from fsi.simulation.settling import settle
+
+        self._settled = True
+        with self._phase("start"):
+            dt = TimeStep(self.scene, self.fluid.depth).choose(0.0, self.scene.gravity)
+            steps, speed = settle(self.fluid, self.bodies, dt)
+        self.report("info", f"the water settled for {steps} steps before t = 0; at the end it moved at {speed:.2g} m/s")
+
     def close(self) -> None:
         """Stop the threads; the simulation can no longer step."""
         self.team.close()
@@ -209,6 +224,7 @@ class Simulation(Remembers):
         """One coupled step, in the order of the data."""
         self.begin()
         if self.step_count == 0:
+            self.settle()
             self.balance.open()
         if self.step_count == 0 and self.bodies:
             self._speed = max(self._speed, self._stability.fastest_body())

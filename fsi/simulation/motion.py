@@ -42,7 +42,7 @@ class Movers:
             points[:, self._axes] = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
             self._local.append((points - centre) @ motion.rotation[b])
             normals = np.zeros_like(points)
-            normals[:, self._axes] = fluid.placed.normal[fluid.of_owner(FIRST_BODY + b)]
+            normals[:, self._axes] = fluid.placed.normal_of(FIRST_BODY + b)
             self._normal.append(normals @ motion.rotation[b])
             self._arm.append(points - centre)
             self.reach[b] = np.linalg.norm(points - centre, axis=1).max(initial=0.0)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from fsi.compute.lane_sums import plus
 from fsi.compute.lanes import dot, minimum, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
@@ -25,7 +26,8 @@ def make_corrector(
     `centre` (owners, DIM), `counted` in whole units where it is asked for (`fsi.sph.wall_guard`). The shift, which carries no
     momentum, is bent likewise.
     In the sponge u' = -rate s^2 u, with s from 0 at the start to 1 at the end of each of the zones (z, 4) [axis, start,
-    end, rate]. With a `surface`, `field` holds pressures times how often they count. `totals` (chunks, .): the columns of
+    end, rate]. With a `surface`, `field` holds pressures times how often they count. No sum
+    depends on neighbours out of reach, not in its last bit either. `totals` (chunks, .): the columns of
     `columns.corrector_sums`."""
     L, DIM, edged = lanes, dim, shifted and surface
     X, P, R = columns.field(dim).of("x p r")
@@ -54,18 +56,18 @@ def make_corrector(
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
         if dense:
             r_j = partner(r_i, other(field, j, R, L))
-            force = force + interface_gradient(f, p_i, other(field, j, P, L), r_i, r_j, x_ij)
+            force = plus(force, interface_gradient(f, p_i, other(field, j, P, L), r_i, r_j, x_ij))
         else:
-            force = force + pressure_gradient(f, p_i, other(field, j, P, L), x_ij)
+            force = plus(force, pressure_gradient(f, p_i, other(field, j, P, L), x_ij))
         if shifted:
-            sparse = sparse + x_ij * f
+            sparse = plus(sparse, x_ij * f)
         return force, sparse, outward, nearest
 
     def surface_pair(sums, mine, j, trial, field, k):
         (force, sparse, outward, nearest), (x_i, _, _, full) = sums, mine
         x_ij = x_i - other_vector(field, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        return force, sparse, outward + x_ij * (f * (other(trial, j, FILLED, L) - full)), nearest
+        return force, sparse, plus(outward, x_ij * (f * (other(trial, j, FILLED, L) - full))), nearest
 
     def wall_pair(sums, mine, j, field):
         (force, sparse, outward, nearest), x_i = sums, mine[0]
@@ -76,7 +78,8 @@ def make_corrector(
         (force, sparse, outward, nearest), r_i = sums, mine[2]
         return force / r_i, sparse, outward, nearest
 
-    passes = ((ALL, pair),) + ((FLUID, surface_pair),) * edged + ((WALLS, wall_pair),) * guarded
+    by_fluid, by_walls = (surface_pair,) * edged, (wall_pair,) * guarded
+    passes = ((FLUID, pair, *by_fluid), (WALLS, pair, *by_walls)) if by_fluid or by_walls else ((ALL, pair),)
     finish = make_advance(dim, guarded, sponge, shifted, dense, surface)
     return over_pairs(
         "correct", (lanes, dim, guarded, sponge, shifted, dense, surface), start=start,

@@ -91,10 +91,10 @@ def make_predictor(
         f = slope(t)
         a = laplacian_weight(f, r2, k.eta2)
         if dense:
-            linked = linked + a * lightness(r_i, partner(r_i, other(flow, j, R, L)))
+            linked = plus(linked, a * lightness(r_i, partner(r_i, other(flow, j, R, L))))
         if no_slip:
-            force = force + viscous(a, u_i - other_vector(flow, j, U, L, DIM)) * k.viscous_factor
-        return laplacian + a, density + kernel(t), spread + f * r2, force, linked, solid
+            force = plus(force, viscous(a, u_i - other_vector(flow, j, U, L, DIM)) * k.viscous_factor)
+        return plus(laplacian, a), plus(density, kernel(t)), plus(spread, f * r2), force, linked, solid
 
     def wall_pair(sums, mine, j, flow, k):
         (laplacian, density, spread, force, linked, solid), x_i = sums, mine[0]
@@ -117,9 +117,9 @@ def make_predictor(
             if dense:
                 r_j = other(flow, j, R, L)
                 damping = damping * (r_j * lightness(r_i, r_j))
-            force = force + damping
+            force = plus(force, damping)
         if free_slip:
-            force = force + viscous(laplacian_weight(f, r2, k.eta2), u_ij) * k.viscous_factor
+            force = plus(force, viscous(laplacian_weight(f, r2, k.eta2), u_ij) * k.viscous_factor)
         return laplacian, density, spread, force, linked, solid
 
     def finish(i, sums, flow, trial, velocity, coefficients, body_force, k, dt):
@@ -146,7 +146,8 @@ def make_predictor(
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    passes = ((ALL, pair),) + ((WALLS, wall_pair),) * surface + ((FLUID, fluid_pair),) * (artificial or free_slip)
+    by_fluid, by_walls = (fluid_pair,) * (artificial or free_slip), (wall_pair,) * surface
+    passes = ((FLUID, pair, *by_fluid), (WALLS, pair, *by_walls)) if by_fluid or by_walls else ((ALL, pair),)
     return over_pairs(
         "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),

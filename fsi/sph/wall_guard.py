@@ -96,17 +96,25 @@ def make_guard(dim: int):
             way[d] -= size * gradient[d]
 
     @helper(dim)
-    def longest(x, way, walls, k, dt):
-        """The longest way [m] of the particle relative to the wall particles that it might reach."""
-        length2, (near, far, lst, first, boundary, boundary_velocity) = 0.0, walls
+    def survey(x, way, walls, k, dt):
+        """In one pass, for most particles are far from trouble: phi at the start and at the end of the way, and the longest
+        way [m] relative to the wall particles that it might reach."""
+        before, behind, length2, (near, far, lst, first, boundary, boundary_velocity) = 0.0, 0.0, 0.0, walls
         for n in range(near, far):
-            b, distance2, way2 = lst[n] - first, 0.0, 0.0
+            b, start2, end2, way2 = lst[n] - first, 0.0, 0.0, 0.0
             for d in range(DIM):
-                distance2 += (x[d] - boundary[b, d]) ** 2
-                way2 += (way[d] - dt * boundary_velocity[b, d]) ** 2
-            if distance2 < k.guard2:
+                apart, step = x[d] - boundary[b, d], way[d] - dt * boundary_velocity[b, d]
+                start2 += apart * apart
+                end2 += (apart + step) ** 2
+                way2 += step * step
+            close, closer = 1.0 - start2 * k.guard_reach2, 1.0 - end2 * k.guard_reach2
+            if close > 0.0:
+                before = plus(before, close * close)
+            if closer > 0.0:
+                behind = plus(behind, closer * closer)
+            if start2 < k.guard2:
                 length2 = max(length2, way2)
-        return math.sqrt(length2)
+        return before, behind, math.sqrt(length2)
 
     @helper(dim)
     def hold(x, way, walls, account, last, allowed, k, time, gradient, apart):
@@ -132,11 +140,13 @@ def make_guard(dim: int):
     def bend(x, way, walls, account, k, dt):
         """Returns whether the way had to be bent. A particle that a body squeezes against the
         tank stays in the tank."""
+        before, behind, length = survey(x, way, walls, k, dt)
+        allowed, pieces = max(k.guard_level, before), 1 + int(length / k.guard_piece)
+        if pieces == 1 and behind <= allowed:
+            return False
         done, gradient, apart, start = small(DIM), small(DIM), small(DIM), small(DIM)
         done[:], start[:] = 0.0, 0.0
         every, ground = account[1].shape[0], 0  # the last owner whose walls count
-        allowed = max(k.guard_level, crowding(x, done, walls, account[0], every, k, 0.0, gradient, apart)[0])
-        pieces = 1 + int(longest(x, way, walls, k, dt) / k.guard_piece)
         bent = False
         for p in range(1, pieces + 1):
             for d in range(DIM):

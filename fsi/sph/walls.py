@@ -12,7 +12,7 @@ import numpy as np
 
 from fsi.compute.jit import exact, helper
 from fsi.compute.lane_sums import plus
-from fsi.compute.lanes import claim, component, dot, fence, other, other_vector, own_vector, zero, zero_vector
+from fsi.compute.lanes import claim, dot, fence, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import FLUID, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.pressure import touches
@@ -170,15 +170,17 @@ def _project(vector, normal):
 
 @exact
 def lift_of(
-    counter, bounds, position, normal, owner, centre, acceleration, twist, body_force, density, shepard, first, lift
-):
+    counter, bounds, order, position, normal, fixed, owner, centre, still, acceleration, twist, body_force, density, shepard,
+    first, lift,
+):  # fmt: skip
     """lift (b, m) = rho (g - a_b) . sum r_j W x_bj, g = body_force (DIM,), for each column m of accelerations (m, owners, 6)
-    of the owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r). The sum
-    is in the columns of `shepard` from `first` on.
+    of the owners, whose twist (owners, 6) is about `centre` (owners, 3): a_b = a + alpha x r + omega x (omega x r), 0 of those
+    that are `still` (owners,). The sum is in the columns of `shepard` from `first` on.
 
-    Where there is a `normal` (b, DIM), that of a body, a_b counts along it alone, as dp/dn = rho (g - a_b) . n says: a side
-    that slides along itself moves no fluid. All of a_b would drive the water line along the side of a heaving spar, because
-    there is fluid only below it and the sum points down: the spar had twice its resistance and 1.3 times its added mass."""
+    Where there is a normal[order[b] - fixed] (DIM,), that of a body, a_b counts along it alone, as dp/dn = rho (g - a_b) . n
+    says: a side that slides along itself moves no fluid. All of a_b would drive the water line along the side of a heaving
+    spar, because there is fluid only below it and the sum points down: the spar had twice its resistance and 1.3 times its
+    added mass."""
     dim = position.shape[1]
     r, s, lever = np.zeros(3), np.zeros(3), np.zeros(dim)
     while True:
@@ -187,18 +189,21 @@ def lift_of(
             break
         for b in range(bounds[c], bounds[c + 1]):
             o = owner[b]
+            level = 0.0
+            for d in range(dim):
+                lever[d] = shepard[b, first + d]
+                level += body_force[d] * lever[d]
+            if still[o]:
+                lift[b] = density * level
+                continue
             w = twist[o, 3:]
             for d in range(dim):
                 axis = 2 if d == dim - 1 else d
                 r[axis] = position[b, d] - centre[o, axis]
             for d in range(3):
                 s[d] = w[(d + 1) % 3] * r[(d + 2) % 3] - w[(d + 2) % 3] * r[(d + 1) % 3]
-            level = 0.0
-            for d in range(dim):
-                lever[d] = shepard[b, first + d]
-                level += body_force[d] * lever[d]
-            if normal.shape[0] > 0:
-                _project(lever, normal[b])
+            if order[b] >= fixed:
+                _project(lever, normal[order[b] - fixed])
             for m in range(acceleration.shape[0]):
                 a = acceleration[m, o]
                 total = level
@@ -211,43 +216,35 @@ def lift_of(
 
 
 @cache
-def make_force(lanes: int, dim: int, column: int, pressures: int):
-    """Pressure force of the fluid on each boundary particle of an owner from `least` on, into `force` (m, b, DIM), for so many
-    pressures in the columns of `values` from `column` on: the exact opposite of its forces on the fluid."""
-    L, DIM, M, P, Z = lanes, dim, pressures, column, dim - 1
+def make_force(lanes: int, dim: int):
+    """Force of the pressures (rows, 1) of the fluid on each boundary particle of an owner from `least` on, into `force`
+    (b, DIM): the exact opposite of its forces on the fluid."""
+    L, DIM = lanes, dim
     (X,) = columns.field(dim).of("x")
 
     def where(s, e, first, owner, least):
         return belongs(owner, s - first, e - first, least)
 
-    def hold(s, rows, values):
-        return own_vector(rows, s, X, L, DIM), own_vector(values, s, P, L, M)
+    def hold(s, rows, pressures):
+        return own_vector(rows, s, X, L, DIM), own(pressures, s, 0, L)
 
     def empty(rows):
-        return zero_vector(rows, L, M), zero_vector(rows, L, M), zero_vector(rows, L, M)
+        return (zero_vector(rows, L, DIM),)
 
-    def pair(sums, mine, j, rows, values, k):
-        (total_x, total_y, total_z), (x_i, p_i) = sums, mine
+    def pair(sums, mine, j, rows, pressures, k):
+        (total,), (x_i, p_i) = sums, mine
         x_ij = x_i - other_vector(rows, j, X, L, DIM)
         f = slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        p_j = other_vector(values, j, P, L, M)
-        total_x = total_x + pressure_gradient(f, p_i, p_j, component(x_ij, 0))
-        total_z = total_z + pressure_gradient(f, p_i, p_j, component(x_ij, Z))
-        if DIM == 3:
-            total_y = total_y + pressure_gradient(f, p_i, p_j, component(x_ij, 1))
-        return total_x, total_y, total_z
+        return (plus(total, pressure_gradient(f, p_i, other(pressures, j, 0, L), x_ij)),)
 
     def finish(i, sums, first, force, k):
-        (total_x, total_y, total_z), b = sums, i - first
-        for m in range(M):
-            force[m, b, 0] = k.mass * k.gradient_factor * total_x[m]
-            force[m, b, Z] = k.mass * k.gradient_factor * total_z[m]
-            if DIM == 3:
-                force[m, b, 1] = k.mass * k.gradient_factor * total_y[m]
+        (total,) = sums
+        for d in range(DIM):
+            force[i - first, d] = k.mass * k.gradient_factor * total[d]
 
     return over_pairs(
-        "press", (lanes, dim, column, pressures), takes="first rows values owner least force k",
-        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
+        "press", (lanes, dim), takes="first rows pressures owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
+        where=where,
     )  # fmt: skip
 
 

@@ -28,11 +28,11 @@ def piston_transfer(kd: float) -> float:
     return 2 * (1 - e) ** 2 / (1 - e * e + 4 * kd * e)
 
 
-def evanescent(omega: float, depth: float, g: float, count: int = 12) -> tuple[np.ndarray, np.ndarray]:
-    """Wavenumbers k_j [1/m] of the first modes that die away from a piston as exp(-k_j x), the roots of
-    omega^2 = -g k_j tan(k_j depth), and their elevation over the displacement of the piston, with which it is in phase,
-    4 sin^2 k_j d / (2 k_j d + sin 2 k_j d) (Dean & Dalrymple 1991, ch. 6)."""
-    alpha = omega * omega * depth / g
+def evanescent(omega: float | np.ndarray, depth: float, g: float, count: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    """Wavenumbers k_j (..., count) [1/m], for omega (...), of the first modes that die away from a piston as exp(-k_j x), the
+    roots of omega^2 = -g k_j tan(k_j depth), and their elevation over the displacement of the piston, with which it is in
+    phase, 4 sin^2 k_j d / (2 k_j d + sin 2 k_j d) (Dean & Dalrymple 1991, ch. 6)."""
+    alpha = np.asarray(omega)[..., None] ** 2 * depth / g
     high = math.pi * np.arange(1, count + 1)
     low = high - 0.5 * math.pi
     for _ in range(50):  # bisection: -kd tan(kd) falls from infinity to 0

@@ -56,3 +56,13 @@ def test_joints_that_move_a_body_the_same_way_are_refused(tmp_path):
     file.write_text(f"<mujoco><worldbody>{TWICE}</worldbody></mujoco>")
     with pytest.raises(SceneError, match="joints 'heave' and 'again' move a body the same way at the start"):
         bind(Scene.model_validate(SCENE | {"bodies": {"b": {"mjcf": file, "position": (1, 0, 0)}}}), "s.toml")
+
+
+def test_bodies_too_far_apart_in_mass_are_told(tmp_path):
+    """A hull in millimetres on a slide of a spar: the mass matrix is singular to round-off."""
+    float_ = '<body name="float"><joint name="slide" type="slide" axis="0 0 1"/><geom size="300" density="500"/></body>'
+    spar = '<body name="spar"><joint name="heave" type="slide" axis="0 0 1"/><geom size="0.2" mass="70"/>{}</body>'
+    file = tmp_path / "b.xml"
+    file.write_text(f"<mujoco><worldbody>{spar.format(float_)}</worldbody></mujoco>")
+    with pytest.raises(SceneError, match=r"body 'float' weighs 5.65e\+10 kg and another 70 kg.*MJCF is in metres"):
+        bind(Scene.model_validate(SCENE | {"bodies": {"b": {"mjcf": file, "position": (1, 0, 0)}}}), "s.toml")

@@ -5,6 +5,7 @@ import pytest
 
 from fsi.errors import SceneError
 from fsi.scene.binding import bind
+from fsi.scene.check_waves import bed_at_piston
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 
@@ -175,3 +176,20 @@ def test_water_over_a_steep_grid_stays_at_rest(dimension, tmp_path):
     rest = still_beds.Rest(sim)
     sim.run(2.0)
     assert all(error <= still_beds.TARGET[name] for name, error in rest.errors().items())
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_bed_over_the_floor_at_the_piston_is_told(dimension, tmp_path):
+    """Waves are made for the depth down to the tank's floor: 1.5 m, where the bed stands 0.5 m over it."""
+    path = write(tmp_path / "bed.xyz", np.where(X < EAST + 3, 29.0, 29.0 + 0.1 * (X - EAST - 3))[:, None] + 0 * Y)
+    parts = scene(path, dimension).model_dump() | {"waves": {"wave_height": 0.1, "period": 2.0}}
+
+    def told(floor):
+        parts["tank"]["min"] = (*parts["tank"]["min"][:-1], floor)
+        made = load_scene(Scene.model_validate(parts))
+        return bed_at_piston(made, bind(made, "scene")[2])
+
+    assert told(-1.0) == []
+    [line] = told(-1.5)
+    assert "the waves are made for 1.5 m of water" in line
+    assert float(line.split(f"set tank.min[{dimension - 1}] = ")[1]) == pytest.approx(-1.0, abs=0.01)

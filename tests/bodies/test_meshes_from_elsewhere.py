@@ -195,3 +195,15 @@ def test_a_mesh_that_changes_within_a_second_is_read_anew(tmp_path):
             load(Scene(dimension=3, spacing=0.05, duration=1, tank=tank, bodies=files), "s").model.body_mass[1]
         )
     assert masses == pytest.approx([32.0, 108.0])
+
+
+def test_a_vessel_in_the_ground_holds_water(tmp_path):
+    """A cavity of a bathymetry, and a core in it."""
+    vessel = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
+    vessel.invert()
+    core = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
+    file = tmp_path / "vessel.stl"
+    trimesh.util.concatenate([trimesh.creation.box(extents=[1, 1, 1]), vessel, core]).export(file)
+    ground = mesh_solid(file, 3)
+    distance = ground.clearance(np.array([[0.0, 0, 0], [0.2, 0, 0], [0.4, 0, 0], [0.6, 0, 0]]))
+    np.testing.assert_array_equal(np.sign(distance), [-1, 1, -1, 1])

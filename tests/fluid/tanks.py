@@ -48,7 +48,7 @@ def random_fluid(
     )
     layout = Layout(
         points[wet], rng.normal(size=(wet.sum(), dimension)), rng.normal(size=wet.sum()) * 1e3, solid,
-        np.ones(len(solid), np.int32), np.array(scene.tank.min), np.array(scene.tank.max), 1.0, (),
+        np.ones(len(solid), np.int32), np.array(scene.tank.min), np.array(scene.tank.max), 1.0, scene.spacing**dimension, (),
     )  # fmt: skip
     fluid = Fluid(scene, layout, Team(threads))
     fluid.boundary_velocity[:] = rng.normal(size=solid.shape)

@@ -22,9 +22,10 @@ def two_liquids(dim, precision="double", ratio=7.0, boundary=False, **numerics) 
     corner = {"min": [-2.0] * dim, "max": [-1.9] * dim}
     data["liquids"] = {"heavy": {"density": 1000 * ratio, "kinematic_viscosity": 0.1, "blocks": [corner]}}
     scene = Scene.model_validate(data)
+    heavy, volume = (plain.position[:, -1] > 0).astype(np.int8), scene.spacing**dim
     layout = Layout(
         plain.position, plain.velocity, plain.pressure_values.astype(float), plain.boundary, plain.owner,
-        np.array(scene.tank.min), np.array(scene.tank.max), 1.0, (), (plain.position[:, -1] > 0).astype(np.int8),
+        np.array(scene.tank.min), np.array(scene.tank.max), 1.0, volume, (), heavy,
     )  # fmt: skip
     fluid = Fluid(scene, layout, Team(1))
     fluid.boundary_velocity[:] = plain.boundary_velocity

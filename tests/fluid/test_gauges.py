@@ -41,6 +41,16 @@ def test_a_probe_reads_hydrostatic_pressure_even_on_the_wall(dim):
     assert pressure_at(points, pressure, np.full(dim, 9.0), 1.5 * DR, 9810.0) == 0.0
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_probe_over_the_surface_reads_no_pressure(dim):
+    points = pool(dim)
+    for height in (0.1 * DR, DR, 2 * DR):
+        point = np.array([0.5] * (dim - 1) + [height])
+        assert pressure_at(points, -9810 * points[:, -1], point, 1.5 * DR, 9810.0) == 0.0
+    under = np.array([0.5] * (dim - 1) + [-DR])
+    assert pressure_at(points, -9810 * points[:, -1] - 2000, under, 1.5 * DR, 9810.0) == pytest.approx(9810 * DR - 2000)
+
+
 def basin(dim, still=lambda x: 0.0 * x, solid=lambda points: np.zeros(len(points), bool)):
     """Fluid 0.5 m deep below z = still(x) in a tank from x = 0 (and y = 0) on, and its boundary particles: walls, floor and
     the inside of `solid`."""
@@ -122,7 +132,7 @@ def test_the_cells_around_a_vertical_hold_all_that_counts(dimension, periodic):
     rest = SimpleNamespace(count=0, sort=unsorted)
     whole = SimpleNamespace(
         scene=scene, position=fluid.position, boundary=there, sort=unsorted, solids=rest, reductions=fluid.reductions,
-        particles=fluid.particles,
+        particles=fluid.particles, mean_spacing=fluid.mean_spacing,
     )  # fmt: skip
     assert [surface(p) for p in points] == [Surface(whole)(p) for p in points]
     if periodic:  # the first frame is read while there are ghosts beyond the ends

@@ -52,7 +52,7 @@ def test_kernels_are_one_over_all_space_and_slopes_are_theirs(name, dim):
 def test_a_layer_that_is_sampled_twice_as_densely_weighs_the_same():
     scene = tank(walls=("z-",))
     layout = build(scene)
-    k = scalars(scene, layout.depth, np.float32)
+    k = scalars(scene, layout, np.float32)
     once = weights(scene, layout, k, np.float32, Team(1))
     doubled = np.repeat(layout.boundary, 2, axis=0)
     doubled[1::2, 0] += 0.5 * DR

@@ -10,7 +10,7 @@ from fsi.fluid.timestep import TimeStep, to_reach
 from fsi.owners import PISTON, WALL
 from fsi.particles.layout import build
 from fsi.scene.binding import bind
-from fsi.scene.geometry import cell, mean_spacing, stretch
+from fsi.scene.geometry import cell
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 
@@ -54,7 +54,9 @@ def test_level_and_volume_are_right_at_any_spacing(dim):
         assert len(layout.position) * np.prod(side) == pytest.approx(depth * length ** (dim - 1), rel=1e-3)
         assert layout.position[:, -1].max() + 0.5 * side[-1] == pytest.approx(0.0, abs=0.02 * spacing)
         assert layout.pressure.min() == pytest.approx(9810 * 0.5 * side[-1], rel=0.05)
-        surface = elevation(layout.position, (0.5 * length,) * (dim - 1), mean_spacing(scene), scene.smoothing_length)
+        surface = elevation(
+            layout.position, (0.5 * length,) * (dim - 1), layout.volume ** (1 / dim), scene.smoothing_length
+        )
         assert surface == pytest.approx(0.0, abs=0.02 * spacing)
         assert not layout.notes
 
@@ -62,7 +64,7 @@ def test_level_and_volume_are_right_at_any_spacing(dim):
 @pytest.mark.parametrize("dim, spacing, sides", [(2, 0.02, 25), (3, 0.05, 4)])
 def test_whole_numbers_of_spacings_leave_the_lattice_as_it_is(dim, spacing, sides):
     scene = still_tank(dim, spacing, 10 * spacing, sides * spacing + 1e-9)
-    assert cell(scene) == (spacing,) * dim and stretch(scene) == 1.0 and mean_spacing(scene) == spacing
+    assert cell(scene) == (spacing,) * dim and build(scene).volume == spacing**dim
 
 
 def test_a_block_ends_where_the_scene_says_and_others_are_told_of():
@@ -147,3 +149,21 @@ def test_ground_fills_the_edge_under_walls_that_end_with_the_tank(tmp_path):
     points = Simulation(scene, ground=ground).fluid.boundary
     under = (points[:, :2] < 0).all(1) & (points[:, 2] < -0.5)
     assert under.sum() > 50 and points[under, 2].max() > -0.511
+
+
+class HalfSunk:
+    """A solid in the middle of a tank 1 m long, half under water."""
+
+    def boundary(self, spacing, layers):
+        return np.array([[0.5, 0.0]])
+
+    def clearance(self, points):
+        return np.hypot(points[:, 0] - 0.5, points[:, 1]) - 0.15
+
+
+@pytest.mark.parametrize("rows", [15, 16.3, 17.7, 21.1, 25.9])
+def test_particles_stand_for_the_water_that_solids_leave(rows):
+    spacing = 0.5 / rows
+    layout = build(still_tank(spacing=spacing), ground=HalfSunk())
+    water = 1.0 * 0.5 - 0.5 * np.pi * 0.15**2
+    assert len(layout.position) * layout.volume == pytest.approx(water, abs=0.02 * spacing * 1.0)

@@ -20,7 +20,7 @@ def beside(wall, place, velocity, shifting=0.0, owner=None) -> Fluid:
     layout = Layout(
         place, velocity, np.zeros(len(place)), wall,
         np.ones(len(wall), np.int32) if owner is None else owner.astype(np.int32),
-        np.full(dim, -1.5), np.full(dim, 1.5), 0.5, (),
+        np.full(dim, -1.5), np.full(dim, 1.5), 0.5, DR**dim, (),
     )  # fmt: skip
     return Fluid(still_tank(dim, spacing=DR, gravity=0.0, numerics=numerics), layout, Team(1))
 

@@ -1,5 +1,7 @@
 """Files for ParaView, the reconstructed surface and pictures of a run."""
 
+import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -154,6 +156,27 @@ def test_videos(run):
         assert file.name == f"run.{to}" and len(iio.imread(file)) == frames
     surface_file = render(run, "gif", look=Look(surface=True, size=(320, 200)))
     assert len(iio.imread(surface_file)) == 4
+
+
+def test_a_thinned_timeline_has_no_surface(run, tmp_path):
+    """Half of the particles would give specks of water in place of the fluid's surface."""
+    pytest.importorskip("imageio")
+    thin = shutil.copytree(run, tmp_path / "thin", ignore=shutil.ignore_patterns("vtk"))
+    scene = thin / "scene.toml"
+    scene.write_text(re.sub(r"(# )?fraction .*", "fraction = 0.5", scene.read_text()))
+    for act in (lambda: export(thin, "surface"), lambda: render(thin, "png", look=Look(surface=True))):
+        with pytest.raises(SceneError, match="holds 50 % of the particles, too few for the surface"):
+            act()
+    assert not (thin / "vtk" / "surface.vtkhdf").exists()
+
+
+def test_pictures_are_as_high_as_the_tank_needs(run):
+    iio = pytest.importorskip("imageio.v3")
+    wide, low = (0.0, 1.0, 0.0, 0.1), (0.0, 0.4, 0.0, 0.3)
+    for window, least, most in ((wide, 180, 260), (low, 700, 1000)):
+        folder = render(run, "png", look=Look(window=window), every=10)
+        height, width, _ = iio.imread(folder / "frame_0000.png").shape
+        assert width == 1280 and least < height < most
 
 
 def test_what_cannot_be_drawn_is_refused(run, tmp_path):

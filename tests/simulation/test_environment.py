@@ -5,7 +5,7 @@ import pytest
 from test_control import FLOAT, SCENE
 
 import fsi
-from fsi.errors import SceneError
+from fsi.errors import RunError, SceneError
 
 gymnasium = pytest.importorskip("gymnasium")
 
@@ -61,6 +61,22 @@ def test_what_an_environment_needs_is_told(make, tmp_path):
     file.write_text(FLOAT[: FLOAT.index("<actuator>")] + "</mujoco>")
     with pytest.raises(SceneError, match="no actuator"):
         make()
+
+
+def test_what_cannot_be_an_action_or_a_reward_is_told(make):
+    with pytest.raises(SceneError, match=r"interval: 0\.0 s; give a time above 0"):
+        make(interval=0.0)
+    env = make()
+    env.reset()
+    with pytest.raises(SceneError, match=r"an action of shape \(2,\), and 1 actuators; give one number each for push"):
+        env.step([0.0, 1.0])
+    env.close()
+    for wrong in (None, float("nan")):
+        env = make(reward=lambda run, wrong=wrong: wrong)
+        env.reset()
+        with pytest.raises(RunError, match=f"reward is {wrong} at t = .* it must be a finite number"):
+            env.step([0.0])
+        env.close()
 
 
 @pytest.mark.slow

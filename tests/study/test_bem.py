@@ -8,7 +8,8 @@ import xarray
 
 from cases.report.wave_figures import energy_period_ratio
 from cases.study.bem import as_omega, check_power, compare, compare_power, rao, read_bem
-from cases.study.plan import Bem
+from cases.study.plan import Bem, Parameter, Study
+from cases.study.routines import check_routine
 from fsi.errors import SceneError
 from fsi.waves import load_kind
 from fsi.waves.kinds.irregular import spectrum
@@ -128,3 +129,28 @@ def test_a_power_matrix_is_set_beside_linear_theory(tmp_path):
             check_power(*wrong)
     with pytest.raises(SceneError, match="a power matrix has one damping"):
         check_power(bem.model_copy(update={"damping": "damping"}), waves, ["Hm0", "Te"])
+
+
+def study(folder, **bem):
+    """A power matrix of a flap with a linear power take-off of 20 N m s, beside a dataset."""
+    given = {"file": str(capytaine(folder / "flap.nc")), "dof": "Pitch", "damping": 20.0} | bem
+    axes = {"wave_height": ("waves.wave_height", (0.1, 0.2)), "period": ("waves.period", (1.5, 2.0))}
+    return Study(
+        scene="flap",
+        routine="power_matrix",
+        parameters={name: Parameter(key=key, values=values) for name, (key, values) in axes.items()},
+        settings={"bodies.flap.pto.damping": 20.0},
+        bem=Bem(**given),
+    )
+
+
+def test_linear_theory_is_checked_before_anything_is_run(tmp_path):
+    check_routine(study(tmp_path))
+    with pytest.raises(
+        SceneError, match=r"flap\.nc: bem\.dof: no degree of freedom 'pitch'; the dataset has Pitch, Heave"
+    ):
+        check_routine(study(tmp_path, dof="pitch"))
+    with pytest.raises(SceneError, match=r"flap\.nc: bem\.dofs: no degree of freedom 'Surge'"):
+        check_routine(study(tmp_path, dof="", dofs={"hinge": "Surge"}))
+    with pytest.raises(SceneError, match=r"bem\.damping: 30, where the scene's bodies\.flap\.pto has a damping of 20"):
+        check_routine(study(tmp_path, damping=30.0))

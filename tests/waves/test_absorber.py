@@ -142,3 +142,11 @@ def test_the_gain_is_that_of_the_waves_and_of_long_waves():
     k = wavenumber(2 * math.pi / 1.5, DEPTH, G)
     expected = 2 * math.pi / 1.5 / piston_transfer(k * DEPTH)
     assert EVERY_KIND["packet"].gain(DEPTH, G) == pytest.approx(expected)
+
+
+def test_modes_of_many_frequencies_are_those_of_each():
+    omega = np.array([1.0, 2.5, 6.0])
+    decay, share = evanescent(omega, DEPTH, G)
+    for n, one in enumerate(omega):
+        alone = evanescent(one, DEPTH, G)
+        np.testing.assert_allclose([decay[n], share[n]], alone, rtol=1e-12)

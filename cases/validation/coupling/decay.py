@@ -55,9 +55,9 @@ class Free:
 
 
 def swing(t: np.ndarray, x: np.ndarray) -> tuple[float, float]:
-    """Period and amplitude left after the first cycle of a swing x (n,) that starts from one."""
+    """Period and amplitude left after the first cycle of a swing x (n,) that starts from one; nan where it has not come."""
     times, sizes = extremes(t, x)
-    return times[1] - t[0], sizes[1]
+    return (times[1] - t[0], sizes[1]) if len(times) > 1 else (np.nan, np.nan)
 
 
 class Swing(Measure):

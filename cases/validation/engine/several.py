@@ -27,7 +27,8 @@ def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[[
         with tempfile.TemporaryDirectory() as folder:
             try:
                 for name, data in variants(case.spacing[level], Path(folder)).items():
-                    one = Case(case.name, "", "", case.spacing, lambda spacing, folder, data=data: data, None, {})
+                    spacing = {level: data.get("spacing", case.spacing[level])}
+                    one = Case(case.name, "", "", spacing, lambda spacing, folder, data=data: data, None, {})
                     scene = scene_of(one, level, solver, Path(folder))
                     bodies, coupler, ground = bind(scene, f"{case.name}, {name}")
                     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground)

@@ -1,6 +1,6 @@
 """Water at rest over solids that touch and overlap the walls of the tank and each other: slabs on, under and above the floor
-at every offset of their lattices, narrower and wider than the tank, a wavy bed cut at the floor, a cliff, fixed geoms that
-stand on the bed and go through a wall.
+at every offset of their lattices, narrower and wider than the tank, a wavy bed cut at the floor, a cliff, shores
+and an islet, fixed geoms that stand on the bed and go through a wall.
 
 Exact: hydrostatics. After 2 s: `largest_speed` over the particles as a share of sqrt(g H); `pressure_l2` against rho g depth
 under the level that the water has, two spacings under the surface and deeper, as a share of rho g H; `leaks`, lost particles.
@@ -136,6 +136,9 @@ def _setups() -> dict[str, dict]:
     wavy = partial(_wavy, base=-DEPTH)
     found["wavy_cut"] = {"ground": profile(wavy, -0.3, 0.9, 100)}
     found["slope_cut"] = {"ground": profile(lambda x: -DEPTH - 0.06 + 0.25 * x, -0.3, 0.9)}
+    for name, base, slope in (("steep", -0.43, 0.9), ("shore", -0.11, 0.2), ("flat_shore", -0.07, 0.13)):
+        found[name] = {"ground": profile(lambda x, base=base, slope=slope: base + slope * x, -0.3, 0.9)}
+    found["islet"] = {"ground": profile(lambda x: max(-0.43, 0.07 - abs(x - 0.31)), -0.3, 0.9, 121)}
     found["cliff"] = {
         "ground": [(-0.3, -0.9), (0.9, -0.9), (0.9, -0.213), (0.3071, -0.213), (0.3071, -0.487), (-0.3, -0.487)]
     }
@@ -146,7 +149,7 @@ def _setups() -> dict[str, dict]:
     found["pile_in_bed"] = {"ground": profile(wavy, -0.3, 0.9, 100), "geoms": [(0.207, 0.303, -0.6, 0.1)]}
     found["hung"] = {"geoms": [(0.207, 0.303, -0.3, 0.1)]}  # overlaps nothing
     found["two_piles"] = {"geoms": [(0.2, 0.31, -0.6, 0.1), (0.31, 0.42, -0.6, -0.2)]}
-    solid = ("wide_top+0.0", "wide_top+0.5", "narrow_top-0.5", "narrow_step+0.4", "wavy_cut")
+    solid = ("shore", "wide_top+0.0", "wide_top+0.5", "narrow_top-0.5", "narrow_step+0.4", "wavy_cut")
     for name in (*solid, "pile_in_floor", "beam_through_wall", "hung", "pile_on_floor"):
         found[f"{name}_3d"] = {"dimension": 3} | found[name]
     return found
@@ -170,6 +173,7 @@ VALIDATED = {
     "gap": ("narrow_hover+0.6", "a slab 0.6 spacings above the floor"),
     "wavy": ("wavy_cut", "a wavy bed that the floor cuts"),
     "cliff": ("cliff", "a bed with a cliff, through both walls"),
+    "shore": ("flat_shore", "a bed of 1 in 8 that rises out of it"),
     "pile": ("pile_in_bed", "a wavy bed with a pile that reaches into it"),
     "3d": ("wide_top+0.5_3d", "a bed half a spacing above the floor, in three dimensions"),
 }
@@ -179,6 +183,7 @@ NAMES = (
     "still_bed_gap",
     "still_bed_wavy",
     "still_bed_cliff",
+    "still_bed_shore",
     "still_bed_pile",
     "still_bed_3d",
 )

@@ -71,7 +71,9 @@ class Section:
         angle = np.linspace(0, 0.5 * math.pi, 1 + max(1, math.ceil(0.5 * math.pi * r / size)) if r else 1)[:, None]
         corner = np.array([half - r, r - self.draft]) + r * np.hstack([np.cos(angle), -np.sin(angle)])
         side, bottom = _line((half, 0), (half, r - self.draft), size), _line(corner[-1], (0, -self.draft), size)
-        return np.vstack([side[:-1], corner, bottom[1:]])
+        points = np.vstack([side[:-1], corner, bottom[1:]])
+        apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9 * self.width  # no sides are left of a half circle
+        return points[np.concatenate([[True], apart])]
 
     def coefficients(self, omega: float, mode: str) -> tuple[float, float]:
         """Added mass and damping per length for `mode` "heave" [kg/m, kg/(m s)] or "pitch" [kg m, kg m/s]."""

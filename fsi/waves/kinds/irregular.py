@@ -75,8 +75,7 @@ class Waves(WaveKind):
 def sea_surface(motion: IrregularPiston, depth: float, g: float) -> Surface:
     """The elevation by linear theory that a sum of components makes near the piston."""
     k = np.array([wavenumber(w, depth, g) for w in motion.omega])
-    modes = [evanescent(w, depth, g) for w in motion.omega]
-    decay, share = (np.array(part) for part in zip(*modes, strict=True))
+    decay, share = evanescent(motion.omega, depth, g)
 
     def elevation(t: float, x: float) -> float:
         angle = motion.omega * t + motion.phase
