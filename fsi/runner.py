@@ -20,7 +20,7 @@ from fsi.record.run_folder import RunFolder
 from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.check_effect import idle_solids, no_timeline
-from fsi.scene.check_floating import afloat, narrow
+from fsi.scene.check_floating import afloat, narrow, slowed
 from fsi.scene.check_waves import bed_at_piston
 from fsi.scene.file import load_scene, namesakes, scene_folder
 from fsi.scene.model import Scene
@@ -291,6 +291,7 @@ def _warnings(scene: Scene, bodies, ground, label: str) -> list[str]:
     """What is allowed and likely not meant. Raises SceneError where a whole bathymetry lies beside the tank."""
     try:
         told = scene_warnings(scene) + bed_at_piston(scene, ground)
+        told += slowed(scene, bodies)
         return told + idle_solids(scene, bodies, ground) + no_timeline(scene)
     except SceneError as error:
         raise SceneError(error.fault, key=error.key, file=label, fix=error.fix) from None

@@ -153,25 +153,47 @@ def _nearest_triangle(points, corners, normals, origin, drums, child, leaf):
     return distance, closest
 
 
+GROUP = 16  # segments that are passed over at once
+
+
 @exact
 def nearest_segment(points, start, end):
     """Signed distance (n,), negative inside, and closest point (n, 2) of points (n, 2) to closed polygons given by
-    their segments, start (m, 2) to end (m, 2) in any order."""
+    their segments, start (m, 2) to end (m, 2) in any order; fastest where neighbours follow each other."""
+    groups = (len(start) + GROUP - 1) // GROUP
+    low, high, away = np.empty((groups, 2)), np.empty((groups, 2)), np.empty(groups)
+    for g in range(groups):
+        for d in range(2):
+            part = slice(g * GROUP, min((g + 1) * GROUP, len(start)))
+            low[g, d] = min(start[part, d].min(), end[part, d].min())
+            high[g, d] = max(start[part, d].max(), end[part, d].max())
     distance, closest = np.empty(len(points)), np.empty((len(points), 2))
     for i in range(len(points)):
         x, z = points[i]
-        best, inside = np.inf, False
-        for k in range(len(start)):
-            ax, az, bx, bz = start[k, 0], start[k, 1], end[k, 0], end[k, 1]
-            dx, dz = bx - ax, bz - az
-            s = ((x - ax) * dx + (z - az) * dz) / max(dx * dx + dz * dz, 1e-300)
-            s = min(max(s, 0.0), 1.0)
-            qx, qz = ax + s * dx, az + s * dz
-            square = (x - qx) ** 2 + (z - qz) ** 2
-            if square < best:
-                best = square
-                closest[i, 0], closest[i, 1] = qx, qz
-            if (az > z) != (bz > z) and x < ax + (z - az) / (bz - az) * dx:
-                inside = not inside
+        nearest = 0
+        for g in range(groups):
+            beside = max(low[g, 0] - x, x - high[g, 0], 0.0)
+            over = max(low[g, 1] - z, z - high[g, 1], 0.0)
+            away[g] = beside * beside + over * over
+            nearest = g if away[g] < away[nearest] else nearest
+        best, which, inside = np.inf, -1, False
+        for turn in range(groups + 1):  # the nearest group first, which spares most of the others
+            g = nearest if turn == 0 else turn - 1
+            first = turn == 0
+            crossed = not first and low[g, 1] <= z < high[g, 1] and x < high[g, 0]
+            if not crossed and (away[g] > best or (not first and g == nearest)):
+                continue
+            for k in range(g * GROUP, min((g + 1) * GROUP, len(start))):
+                ax, az, bx, bz = start[k, 0], start[k, 1], end[k, 0], end[k, 1]
+                dx, dz = bx - ax, bz - az
+                s = ((x - ax) * dx + (z - az) * dz) / max(dx * dx + dz * dz, 1e-300)
+                s = min(max(s, 0.0), 1.0)
+                qx, qz = ax + s * dx, az + s * dz
+                square = (x - qx) ** 2 + (z - qz) ** 2
+                if square < best or (square == best and k < which):
+                    best, which = square, k
+                    closest[i, 0], closest[i, 1] = qx, qz
+                if crossed and (az > z) != (bz > z) and x < ax + (z - az) / (bz - az) * dx:
+                    inside = not inside
         distance[i] = -np.sqrt(best) if inside else np.sqrt(best)
     return distance, closest

@@ -87,6 +87,25 @@ def narrow(scene: Scene, bodies: BodySet | None, ground: Solid | None) -> list[s
     return lines
 
 
+def slowed(scene: Scene, bodies: BodySet | None) -> list[str]:
+    """Moving bodies, and fixed geoms whose load is asked for, that stand in a damping zone at the start."""
+    lines, asked = [], {load.on for load in scene.loads.values()}
+    for n, zone in enumerate(scene.damping if bodies else ()):
+        axis, found = scene.tank.axes.index(zone.axis), []
+        for owner, solid in bodies.solids():
+            name = getattr(solid, "name", "")
+            if hasattr(solid, "bounds") and (owner >= FIRST_BODY or name in asked):
+                low, high = (float(end[axis]) for end in solid.bounds())
+                if low < zone.end and high > zone.start:
+                    found.append(f"geom {name!r}")
+        if found:
+            where = f"{zone.axis} = {zone.start:g} to {zone.end:g} m"
+            lines.append(
+                f"damping[{n}]: {', '.join(found)} in it, {where}: the water is slowed there, and its loads with it"
+            )
+    return lines
+
+
 def _around(scene: Scene, own: list[Solid]) -> tuple[np.ndarray, np.ndarray] | None:
     """Points (n, dim) half a spacing apart in the tank around a body, and how many there are along each axis (dim,); None
     where they are too many."""

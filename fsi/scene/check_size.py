@@ -14,7 +14,7 @@ from fsi.waves.kind import Fault
 
 BYTES_PER_PARTICLE = 400  # single-precision sweeps, viscous; measured
 DOUBLE = 1.6  # of it in double-precision sweeps
-CELL = 1.0, 1.75  # spacings along x and across of a cell of the search (`fsi.particles.cells`)
+ACROSS = {2: 3.6, 3: 2.1}  # width of a cell of the search [spacing], a spacing long (`fsi.particles.cells`)
 FEW_CELLS, EMPTY = 2.5e5, 16.0  # cells, and cells a particle, up to which empty ones are kept (`fsi.particles.cells`)
 MOST_PARTICLES = 2**31 - 1  # they are counted in 32 bits
 LONGEST_SIDE = (
@@ -77,7 +77,7 @@ def wall_particles(scene: Scene) -> float:
 def grid_cells(scene: Scene) -> float:
     """Cells of the search of neighbours, over the tank and its walls."""
     margin = 2 * (scene.layers + 2 * scene.numerics.smoothing_ratio + 4)
-    sides = list(zip(scene.tank.min, scene.tank.max, [CELL[0]] + [CELL[1]] * (scene.dimension - 1), strict=True))
+    sides = list(zip(scene.tank.min, scene.tank.max, [1.0, *[ACROSS[scene.dimension]] * (scene.dimension - 1)], strict=True))
     return math.prod(((high - low) / scene.spacing + margin) / cell for low, high, cell in sides)
 
 

@@ -11,7 +11,7 @@ from fsi.sph.columns import corrector_sums
 from fsi.state import Remembers
 
 FALL = 0.1  # of the depth: energy that is at hand in any fluid; its volume is right to some 0.1 %
-STILL = 1e-3  # speed of fluid that counts as still [m/s]
+STILL = 0.01  # speed without gravity that counts as still [m/s]: lattices that round walls cut fall into place at some mm/s
 
 
 class Balance(Remembers):

@@ -148,7 +148,7 @@ def make_shear(lanes: int, dim: int, no_slip: bool, keep: str = ""):
             else:
                 kept[i, OWN], kept[i, CONFINED], kept[i, KIND] = flow[i, MU], pressure, q
                 moment = M[0, 0] + M[Z, Z] + (M[1, 1] if DIM == 3 else 0.0)
-                kept[i, FILLED] = max(LEAST_FILLED, moment / DIM)
+                kept[i, FILLED] = max(LEAST_FILLED, moment / (DIM * k.filled4))  # 1 on a lattice
 
     return over_pairs(
         "shear", (lanes, dim, no_slip, keep), takes="flow kind confined laws rate kept k",

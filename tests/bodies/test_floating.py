@@ -10,7 +10,7 @@ import fsi
 from bodies import load
 from fsi.errors import SceneError
 from fsi.particles.instruments import check_instruments
-from fsi.scene.check_floating import afloat, floating_lines, narrow
+from fsi.scene.check_floating import afloat, floating_lines, narrow, slowed
 from fsi.scene.instruments import FluxPlane
 
 BOX = """
@@ -185,6 +185,14 @@ def test_a_flux_plane_inside_a_fixed_geom_is_refused(scene):
         placed = made.model_copy(update={"fluxes": {"crest": FluxPlane(min=(0.0, low), max=(0.0, high))}})
         with pytest.raises(SceneError, match=r"fluxes\.crest: lies inside a solid") if refused else nullcontext():
             check_instruments(placed, solids)
+
+
+def test_a_body_in_a_damping_zone_is_told(scene):
+    for start, told in ((0.1, True), (0.3, False)):
+        made = scene(damping=[{"start": start, "end": 1.0}])
+        lines = slowed(made, load(made))
+        assert bool(lines) == told
+    assert slowed(scene(), load(scene())) == []
 
 
 def test_masses_of_bodies_of_one_tree_are_told_apart(scene):

@@ -27,4 +27,5 @@ SOLVERS: dict[str, dict] = {
     "relaxation10": {"density_relaxation": _relaxed(10.0)},
     "shifting": {"shifting": 0.2},
     "iisph": {"solver": "iisph"},
+    "apart": {"standing_pressure": "apart"},
 }
