@@ -127,7 +127,7 @@ CASES = {
         "Exact: Bagnold's profile; shares of the speed at the surface.",
         {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80},
         incline, Bagnold, {"velocity_l2": 0.02, "speed": 0.02},
-        "At this slope 1 % of stress is 10 % of velocity. The surface is 3 % slow at 20 spacings: its top row meets half of the"
-        " pairs across the plane below it, and what they carry in its place is right within 7 %.",
+        "At this slope 1 % of stress is 10 % of velocity. The top row meets half of the pairs across the plane below it; what"
+        " they carry in its place is right within 7 %.",
     ),
 }  # fmt: skip
