@@ -19,6 +19,7 @@ LEAST_FRICTION = 1e-3
 ANEW = "python -c \"import trimesh; m = trimesh.load_mesh('FILE'); {}m.export('FILE')\""
 FIXES = {  # what an error of MuJoCo's compiler says -> the way out
     "mass and inertia": "give its geoms mass or density",
+    "control range": "give the actuator a ctrlrange=\"0 MOST\", of the values that its control may have",
     "ASCII": f"save it as binary STL of at most 200000 triangles, of an ASCII file by: {ANEW.format('')}",
     "volume is negative": f"turn its triangles outwards: {ANEW.format('m.invert(); ')}",
     "inconsistent orientation": "turn its triangles to one side in a CAD or mesh program (Blender: Mesh > Normals)",

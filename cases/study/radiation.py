@@ -9,6 +9,7 @@ one joint), and how many periods go by: `radiation.ramp` (1), then one to settle
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -149,11 +150,23 @@ def _units(rotary) -> tuple[str, str]:
     return ("kg or kg m or kg m2", "N s/m or N s or N m s/rad") if any(rotary) else ("kg", "N s/m")
 
 
+def _refuse_study(file: Path) -> None:
+    """Raise SceneError for a file that is a study, not a scene."""
+    try:
+        scene = tomllib.loads(file.read_text(encoding="utf-8")).get("scene")
+    except (OSError, ValueError):  # a built-in name, or what `load_scene` refuses by its own words
+        return
+    if isinstance(scene, str):
+        fix = f"give --radiation the scene itself, {scene}, or run the study without --radiation"
+        raise SceneError("is a study, not a scene", file=file, fix=fix)
+
+
 def radiation_study(source: str | Path) -> Study:
     """A study of every hinge and slide joint of a scene, and every motion of its free bodies, over frequencies and with
     amplitudes that suit the size of its bodies. Raises SceneError for a scene in which nothing moves."""
     from bodies import load
 
+    _refuse_study(Path(source))
     scene = load_scene(source)
     bodies = load(scene) if scene.bodies else None
     turns = dict(zip(map(str, bodies.joint_names), bodies.joint_is_rotary, strict=True)) if bodies else {}

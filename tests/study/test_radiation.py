@@ -218,3 +218,10 @@ def test_a_radiation_study_is_set_beside_theory(tmp_path):
     at = found.added_mass_bem.sel(driven="slide", joint="slide")
     assert at.sel(omega=2.0) == pytest.approx(4.0) and np.isnan(at.sel(omega=9.0))  # beyond the file
     assert found.added_mass_theory.sizes["bem_omega"] == 4 and found.omega.attrs["key"] == "radiation.omega"
+
+
+def test_a_study_is_no_scene_to_radiate(tmp_path):
+    file = tmp_path / "study.toml"
+    file.write_text('scene = "flap.toml"\n[parameters."waves.period"]\nvalues = [1.0, 2.0]\n')
+    with pytest.raises(SceneError, match=r"study.toml: is a study, not a scene; give --radiation the scene itself, flap.toml"):
+        radiation_study(file)
