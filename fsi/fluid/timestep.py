@@ -20,6 +20,7 @@ from fsi.state import Remembers
 STIFF = (
     500  # steps of explicit viscosity in an implicit one, up to which the pressure of a fluid at rest is good to 1 %
 )
+LAST = 20  # steps that share what the end of a run cuts off the last one
 GROWTH = 1.05  # a step is at most so much longer than the one before
 
 
@@ -89,6 +90,8 @@ def _over(a: float, b: float) -> float:
 
 
 def to_reach(until: float, time: float, step: float) -> float:
-    """The step shortened so that the run ends exactly at `until`, without a sliver at the end."""
+    """The step [s], or the nearest below it of which a whole number reach `until`, from `LAST` steps before on: a step cut to
+    what is left would jolt the fluid, whose numerical sound speed it raises."""
     left = until - time
-    return left if left <= step else 0.5 * left if left < 2 * step else step
+    count = left / step * (1 - 1e-9)
+    return step if count > LAST else left / max(1, math.ceil(count))

@@ -136,7 +136,17 @@ def test_the_last_steps_reach_the_end_without_a_sliver():
     while time < 1.0 - 1e-12:
         steps.append(to_reach(1.0, time, 0.3))
         time += steps[-1]
-    assert time == pytest.approx(1.0, abs=1e-12) and min(steps) > 0.1
+    assert time == pytest.approx(1.0, abs=1e-12) and np.ptp(steps) < 1e-12 and len(steps) == 4
+
+
+@pytest.mark.parametrize("until", [1.0, 0.2, 0.0415])
+def test_no_step_is_cut_short_at_the_end(until):
+    """The numerical sound speed goes as one over the step: half a step at the end jolts water at rest."""
+    time, steps = 0.0, []
+    while time < until * (1 - 1e-12):
+        steps.append(to_reach(until, time, 0.004))
+        time += steps[-1]
+    assert time == pytest.approx(until, rel=1e-12) and min(steps) > 0.004 * 10 / 11
 
 
 def test_ground_fills_the_edge_under_walls_that_end_with_the_tank(tmp_path):
