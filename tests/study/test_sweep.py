@@ -200,7 +200,7 @@ def test_report_of_a_study(here):
     page = (here / "studies/study/report.html").read_text()
     assert "Width [m]" in page and "Significant height, middle [m]" in page and page.count("<img") == 1
     assert (here / "studies/study/report/response.png").stat().st_size > 5000
-    assert CliRunner().invoke(app, ["report", "."]).stderr.startswith(". holds no study; give the folder")
+    assert CliRunner().invoke(app, ["report", "."]).stderr.startswith(". holds no study and no run; give the folder")
 
 
 def test_mistakes_stop_a_study_before_it_runs(here):
