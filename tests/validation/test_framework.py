@@ -270,6 +270,16 @@ def test_the_store_keeps_the_latest_of_each_row(tmp_path):
     assert (tmp_path / "dam_front.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_two_processes_keep_the_rows_of_both(tmp_path):
+    """Each had read the file before the other wrote."""
+    one, other = Store.choose(tmp_path), Store.choose(tmp_path)
+    one.add(row(), threads=1)
+    other.add(row(level="medium"), threads=1)
+    one.add(row(level="paper"), threads=1)
+    assert [r.row.level for r in Store.choose(tmp_path).results] == ["coarse", "medium", "paper"]
+    assert not list(tmp_path.glob("*.lock"))
+
+
 def test_rows_of_other_measures_are_dropped_and_those_of_other_targets_judged_anew(tmp_path):
     target = dict(load("dam_front").target)
     store = Store.choose(tmp_path)

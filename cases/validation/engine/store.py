@@ -19,7 +19,7 @@ from cases.validation.engine.registry import NAMES, load, module_of
 from cases.validation.engine.report import cells, headings, order_lines, plot, seconds, shown, words
 from cases.validation.engine.solvers import DEFAULT, SOLVERS
 from fsi.errors import SceneError
-from fsi.record.files import write_text
+from fsi.record.files import claimed, write_text
 from fsi.strict_json import dumps, loads
 
 HEAD = """# Validation
@@ -71,19 +71,25 @@ class Store:
         return cls(folder, folder / "VALIDATION.md")
 
     def add(self, row: Row, threads: int) -> None:
-        """Keep a row in place of an older one of the same case, level and solver, and write everything anew."""
-        key = (row.case, row.level, row.solver)
-        kept = [r for r in self.results if (r.row.case, r.row.level, r.row.solver) != key]
-        self.results = sorted([*kept, Result(row, machine(threads), f"{datetime.now(UTC):%Y-%m-%d}")], key=_rank)
+        """Keep a row in place of an older one of the same case, level and solver, and write everything anew, with the rows that
+        other processes have kept meanwhile."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            entries = [{**r.row.as_dict(), "machine": r.machine, "date": r.date} for r in self.results]
-            write_text(self.file, dumps(entries, indent=1) + "\n")
-            write_text(self.report, self.markdown())
+            with claimed(self.file.with_suffix(".lock"), wait=True):
+                self.results = self._with(Result(row, machine(threads), f"{datetime.now(UTC):%Y-%m-%d}"))
+                entries = [{**r.row.as_dict(), "machine": r.machine, "date": r.date} for r in self.results]
+                write_text(self.file, dumps(entries, indent=1) + "\n")
+                write_text(self.report, self.markdown())
         except OSError as fault:
             raise SceneError(
                 f"{self.folder} cannot be written: {fault.strerror}", key="--out", fix="choose another folder"
             ) from None
+
+    def _with(self, result: Result) -> list[Result]:
+        row = result.row
+        key = (row.case, row.level, row.solver)
+        kept = [r for r in self._read() if (r.row.case, r.row.level, r.row.solver) != key]
+        return sorted([*kept, result], key=_rank)
 
     def markdown(self) -> str:
         """The text of VALIDATION.md."""
