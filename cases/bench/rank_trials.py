@@ -25,10 +25,11 @@ ROUND_OFF = 1e-9  # of its largest value, up to which a series differs in its la
 CHANNEL_3D = """
 spacing = 0.05
 duration = 20.0
+dimension = 3
 gravity = 0.0
 [tank]
 min = [0.0, 0.0, 0.0]
-max = [0.8, 0.4, 0.4]
+max = [0.9, 0.9, 0.4]
 walls = ["z-", "z+"]
 periodic = ["x", "y"]
 [fluid]
