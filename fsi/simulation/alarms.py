@@ -131,7 +131,7 @@ class Alarms(Remembers):
     def _check_slipped(self, kept: str) -> None:
         fluid, limit = self._sim.fluid, self._limits.lost_particles
         depth = self._slipped.depth(fluid)
-        self._inside = int(fluid.reductions.combined(int((depth > self._slipped.limit()).sum())))
+        self._inside = int(fluid.reductions.combined(int((depth > self._slipped.limit).sum())))
         if not self._inside:
             return
         at, share = fluid.reductions.at_largest(depth, fluid.position), self._inside / self._started_with

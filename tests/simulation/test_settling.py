@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fsi.scene.binding import bind
 from fsi.scene.geometry import start
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
+from fsi.simulation.slipped import Slipped
 
 SHORES = ("steep", "shore", "flat_shore", "islet")
 
@@ -96,3 +98,11 @@ def test_water_inside_solids_is_warned_of_and_ends_the_run(tmp_path, limit, ends
         assert any(re.search(told, note) for note in sim.warnings)
     assert sim.alarms.audit()["slipped_particles"] == 1
     sim.close()
+
+
+def test_water_that_went_over_a_wall_has_not_slipped_through_it(tmp_path):
+    it = Scene.model_validate(scene(0.02, tmp_path))
+    over, behind = [0.7, 0.25], [0.7, -0.1]  # the wall at x = 0.6 ends with the tank, at z = 0.2
+    slipped = Slipped(it, None, None)
+    depth = slipped.depth(SimpleNamespace(position=np.array([over, behind])))
+    assert (depth > slipped.limit).tolist() == [False, True]
