@@ -72,6 +72,13 @@ def work_of(layout: Layout, support: float) -> np.ndarray:
     return np.concatenate([np.full(len(layout.position), WEIGHTS["fluid"]), boundary])
 
 
+def shared_work(boxes: Decomposition, fluid: np.ndarray, boundary: np.ndarray, each: np.ndarray) -> np.ndarray:
+    """Work (ranks,) in the boxes of fluid (n, dim), 1 a particle, and of boundary particles (b, dim) that take `each` (b,)."""
+    work = np.zeros(boxes.size)  # `bincount` gives integers where there is nothing to count, whatever its weights
+    work += np.bincount(boxes.rank_of(fluid), minlength=boxes.size)
+    return work + np.bincount(boxes.rank_of(boundary), each, boxes.size)
+
+
 @dataclass(frozen=True)
 class Share:
     """What one rank holds: fluid and boundary particles, the ghosts around, and its work."""
@@ -174,11 +181,9 @@ class Balancer:
         self._last = None
         if all(np.array_equal(a, b) for a, b in zip(new.cuts, self.halo.decomposition.cuts, strict=True)):
             return
-        work = np.bincount(new.rank_of(position), minlength=new.size) + np.bincount(
-            new.rank_of(boundary), each, new.size
-        )
-        after = imbalance(self._ranks.reduce(work))
-        if after > before - 0.5 * self._drift:  # whole slices bring no more
+        after = imbalance(self._ranks.reduce(shared_work(new, position, boundary, each)))
+        pays = after <= before - 0.5 * self._drift  # else whole slices bring no more
+        if not self._ranks.broadcast(pays):  # all ranks have the same boxes, whatever each has computed
             return
         self.halo.decide(new)
         self._unknown = True

@@ -15,7 +15,7 @@ import pytest
 from cases.bench import rank_trials, scaling
 from fsi.errors import SceneError
 from fsi.ranks import kernels
-from fsi.ranks.balance import SERIAL, measured_weights
+from fsi.ranks.balance import SERIAL, measured_weights, shared_work
 from fsi.ranks.decomposition import WEIGHTS, Decomposition, chosen_shape, imbalance
 from fsi.ranks.halo import NearWalls
 
@@ -230,6 +230,16 @@ def test_weights_are_those_that_the_ranks_need_and_the_known_ones_where_they_tel
     assert measured_weights(np.column_stack([numbers, busy])) == pytest.approx([1.0, 0.3, 0.1], rel=0.1)
     alike = np.column_stack([np.tile(numbers[0], (2, 1)), [0.10, 0.11]])
     assert measured_weights(alike) == pytest.approx(list(WEIGHTS.values()), rel=0.05)
+
+
+def test_work_has_one_type_on_ranks_with_and_without_boundary_particles():
+    """Ranks that add integers to the doubles of others get garbage, and each decides on other boxes."""
+    boxes = Decomposition((2,), (np.array([1.0]),))
+    fluid = np.array([[0.2], [0.4], [1.5]])
+    with_walls = shared_work(boxes, fluid, np.array([[0.1], [2.0]]), np.array([0.5, 0.25]))
+    without = shared_work(boxes, fluid, np.empty((0, 1)), np.empty(0))
+    assert with_walls.tolist() == [2.5, 1.25] and without.tolist() == [2.0, 1.0]
+    assert with_walls.dtype == without.dtype == float
 
 
 def test_a_place_is_near_walls_wherever_a_boundary_particle_is_within_reach():
