@@ -63,9 +63,13 @@ class Passage(Measure):
             row.append(fluid.velocity[near, 0].mean() if near.any() else 0.0)
         self.speed.append(row)
 
-    def errors(self) -> dict[str, float]:
+    def elevations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) [s] and elevations (n, gauges) [m] over those of the water at rest."""
         t, level = np.array(self.time), np.nan_to_num(np.array(self.level), nan=0.0)
-        level = level - level[t < REST].mean(0)
+        return t, level - level[t < REST].mean(0)
+
+    def errors(self) -> dict[str, float]:
+        t, level = self.elevations()
         crests, times = level.max(0), t[level.argmax(0)]
         there = level > FIRST
         arrivals = np.where(there.any(0), t[there.argmax(0)], math.nan)
