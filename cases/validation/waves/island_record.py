@@ -16,18 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.validation.waves.island import CRESTS, DEPTH, END, GAUGES, HEIGHT, TIMES, Passage, scene
+from cases.validation.waves.island import CRESTS, DEPTH, END, GAUGES, HEIGHT, LAST, TIMES, G, Passage, scene
 from cases.validation.waves.solitary_wave import write_series
 from fsi.scene.file import load_scene
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 
-G, LINE, RATE, LAST = (
-    9.81,
-    7.54,
-    50.0,
-    10.0,
-)  # x of the line, 40 mm behind the gauge [m]; rows a second; end of the run [s]
+LINE, RATE = 7.54, 50.0  # x of the line, 40 mm behind the gauge [m]; rows a second
 
 
 def series(record: Path | None, file: Path) -> None:
@@ -46,6 +41,7 @@ def shortened(record: Path | None, spacing: float, folder: Path) -> Scene:
     """The scene of the island from the line on."""
     data = scene(spacing, folder)
     series(record, folder / "line.csv")
+    data["duration"] = LAST
     data["tank"] |= {"min": [LINE, 0.0, 0.0], "max": [END, *data["tank"]["max"][1:]]}
     data["waves"] = {"kind": "shallow", "file": str(folder / "line.csv"), "carries": "flux"}
     return load_scene(
