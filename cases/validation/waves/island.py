@@ -5,9 +5,10 @@ Experiment: Lynett et al., Oregon State University, benchmark of the NTHMP (Horr
 basin is symmetric about y = 0, as far as the picture of its bed tells, and half of it is computed, with a wall at y = 0: the
 case of Sampath et al. (2016, J. Ocean Eng. Mar. Energy 2, 313-329, section 8.2), who have 2.32 million particles at 47.5 mm.
 
-The bed is `island_bed.csv` on its 0.5 m grid; the grid of the tank's floor is its own. Gauges where the water is shallower than
-a spacing read once the wave has come. Times are those of the experiment, whose paddle starts later before its crest than ours:
-`LATE`.
+The bed is `island_bed.csv` on its 0.5 m grid; the grid of the tank's floor is its own. Elevations are over the still water
+level. A gauge over a film thinner than a spacing may read the bed there, 0.07 m below it, until the wave has come: what it
+reads at rest is no zero for its crest. Times are those of the experiment, whose paddle starts less long before its crest than
+ours: `LATE`.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ PROBES = {
     "c": ((21.0, 5.0, 0.77), 1.93),
 }  # m, largest u [m/s]
 LAST = 10.0  # s, end of the comparison
-REST = 1.0  # s, before the wave reaches any gauge: their zero
-FIRST = 0.02  # m, from which on the wave counts as there
+REST = 1.0  # s, before the wave reaches any gauge
+FIRST = 0.02  # m over still water, and over what is read at rest, from which on the wave counts as there
 
 
 def _late() -> float:
@@ -80,14 +81,13 @@ class Passage(Measure):
         self.speed.append(row)
 
     def elevations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times (n,) [s] and elevations (n, gauges) [m] over those of the water at rest."""
-        t, level = np.array(self.time), np.nan_to_num(np.array(self.level), nan=0.0)
-        return t, level - level[t < REST].mean(0)
+        """Times (n,) [s] and elevations over still water (n, gauges) [m], 0 where there is no surface."""
+        return np.array(self.time), np.nan_to_num(np.array(self.level), nan=0.0)
 
     def errors(self) -> dict[str, float]:
         t, level = self.elevations()
         crests, times = level.max(0), t[level.argmax(0)]
-        there = level > FIRST
+        there = level > np.maximum(level[t < REST].mean(0), 0.0) + FIRST
         arrivals = np.where(there.any(0), t[there.argmax(0)], math.nan)
         speeds = np.array(self.speed).max(0)
         found = {
