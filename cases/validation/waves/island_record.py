@@ -1,10 +1,10 @@
 """The island, started from what its first gauge recorded: the sea before it is left to long-wave theory.
 
-`python -m cases.validation.waves.island_record [WG1.txt] [--spacing M]` takes the record of the experiment (`island`; time in s
-and elevation in cm, 50 rows a second), makes a series of elevation and flux of it, q = c eta with c = sqrt(g (d + H)) of the
-solitary wave, and drives a piston at the gauge with it (`kind = "shallow"`). Without a record the series is that of a solitary
-wave of the experiment's nominal height, whose crest passes the gauge when the record's does. It prints the largest elevations
-within 10 s and their times at the gauges behind.
+`python -m cases.validation.waves.island_record [WG1.txt] [--spacing M] [--solver NAME]` takes the record of the experiment
+(`island`; time in s and elevation in cm, 50 rows a second), makes a series of elevation and flux of it, q = c eta with
+c = sqrt(g (d + H)) of the solitary wave, and drives a piston at the gauge with it (`kind = "shallow"`). Without a record the
+series is that of a solitary wave of the experiment's nominal height, whose crest passes the gauge when the record's does. It
+prints the largest elevations within 10 s and their times at the gauges behind.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ def series(record: Path | None, file: Path) -> None:
     np.savetxt(file, rows, delimiter=",", header="time,elevation,flux", comments="")
 
 
-def shortened(record: Path | None, spacing: float, folder: Path) -> Scene:
+def shortened(record: Path | None, spacing: float, solver: str, folder: Path) -> Scene:
     """The scene of the island from the line on."""
     data = scene(spacing, folder)
     series(record, folder / "line.csv")
-    data["duration"] = LAST
+    data |= {"duration": LAST, "numerics": {"solver": solver}}
     data["tank"] |= {"min": [LINE, 0.0, 0.0], "max": [END, *data["tank"]["max"][1:]]}
     data["waves"] = {"kind": "shallow", "file": str(folder / "line.csv"), "carries": "flux"}
     return load_scene(
@@ -49,10 +49,10 @@ def shortened(record: Path | None, spacing: float, folder: Path) -> Scene:
     )
 
 
-def run(record: Path | None, spacing: float) -> tuple[Simulation, Passage]:
+def run(record: Path | None, spacing: float, solver: str) -> tuple[Simulation, Passage]:
     """The run and what it has measured."""
     with tempfile.TemporaryDirectory() as folder:
-        sim = Simulation(shortened(record, spacing, Path(folder)))
+        sim = Simulation(shortened(record, spacing, solver, Path(folder)))
     found = Passage(sim)
     sim.run(on_step=found)
     return sim, found
@@ -62,8 +62,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("record", type=Path, nargs="?", metavar="WG1.txt")
     parser.add_argument("--spacing", type=float, default=0.13, metavar="M")
+    parser.add_argument("--solver", default="chebyshev", metavar="NAME")
     options = parser.parse_args()
-    sim, found = run(options.record, options.spacing)
+    sim, found = run(options.record, options.spacing, options.solver)
     t, level = found.elevations()
     print(f"{sim.fluid.count} particles, {sim.step_count} steps\ngauge  crest [m]  measured  time [s]  measured")
     for n in np.flatnonzero(GAUGES[:, 0] > LINE):
