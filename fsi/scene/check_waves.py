@@ -112,7 +112,7 @@ def wave_summary(scene: Scene) -> list[str]:
 
 
 def _water(scene: Scene) -> Water:
-    return Water(wave_depth(scene), scene.gravity, scene.spacing)
+    return Water(wave_depth(scene), scene.gravity, scene.spacing, scene.duration)
 
 
 def bed_at_piston(scene: Scene, ground: Solid | None) -> list[str]:

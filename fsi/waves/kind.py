@@ -44,11 +44,13 @@ class Train(NamedTuple):
 
 @dataclass(frozen=True)
 class Water:
-    """Water that waves run in: depth [m], gravity [m/s2], particle spacing [m]."""
+    """Water that waves run in: depth [m], gravity [m/s2], particle spacing [m], and for how long the run lasts [s], where that
+    matters."""
 
     depth: float
     g: float
     spacing: float
+    duration: float = 0.0
 
     def length(self, period: float) -> float:
         """Length [m] of a wave of this period [s] by linear theory."""

@@ -3,11 +3,15 @@
 Exact: the wave keeps its height, and travels at sqrt(g (d + H)) (Rayleigh 1876; the exact speed of a wave of this height,
 Longuet-Higgins & Fenton 1974, is 0.2 % lower). Heights and times of the crest are those of a parabola through the top
 tenth of the elevation at gauges 5 and 25 depths from the piston's start; the far wall's reflection is not back by then.
+
+`solitary_wave`: the piston's path is Goring's own. `solitary_series`: it follows a series of elevation and flux of the same
+wave, as a depth-averaged code would write it at the piston's first place.
 """
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -78,7 +82,26 @@ def scene(spacing: float, folder) -> dict:
     }
 
 
-NAMES = ("solitary_wave",)
+def write_series(file: Path, height: float, depth: float, passed: float, last: float, rate: float = 50.0) -> None:
+    """Write time [s] from 0 to `last`, elevation [m] and flux [m2/s], `rate` rows a second, of a solitary wave (Rayleigh 1876)
+    whose crest passes at `passed` [s]; its flux is c eta, as that of every wave of permanent form into still water."""
+    speed = math.sqrt(G * (depth + height))
+    kappa = math.sqrt(0.75 * height / (depth**2 * (depth + height)))
+    t = np.linspace(0.0, last, round(last * rate) + 1)
+    eta = height / np.cosh(np.clip(kappa * speed * (t - passed), -50, 50)) ** 2
+    rows = np.column_stack([t, eta, speed * eta])
+    np.savetxt(file, rows, fmt="%.6g", delimiter=",", header="time [s],elevation [m],flux [m2/s]", comments="")
+
+
+def series_scene(spacing: float, folder: Path) -> dict:
+    piston = SolitaryPiston(HEIGHT * DEPTH, DEPTH, G)
+    passed = 0.5 * (piston.time - piston.stroke / piston.speed)  # by the crest, at the piston's first place
+    write_series(folder / "series.csv", HEIGHT * DEPTH, DEPTH, passed, 2 * passed)
+    waves = {"kind": "shallow", "file": str(folder / "series.csv"), "carries": "flux"}
+    return scene(spacing, folder) | {"waves": waves}
+
+
+NAMES = ("solitary_wave", "solitary_series")
 CASES = {
     "solitary_wave": Case(
         "solitary_wave",
@@ -88,5 +111,14 @@ CASES = {
         scene,
         Crests,
         {"height": 0.03, "height_loss": 0.03, "speed": 0.01},
-    )
+    ),
+    "solitary_series": Case(
+        "solitary_series",
+        "A solitary wave 0.3 of the depth high, from a series of elevation and flux at a line",
+        "Exact: it keeps the series' height and the speed sqrt(g (d + H)).",
+        {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80},
+        series_scene,
+        Crests,
+        {"height": 0.03, "height_loss": 0.03, "speed": 0.01},
+    ),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,11 @@ from fsi.waves.kinds.table import TablePiston, natural_spline
 
 FINER = 4  # knots of the path between two rows
 STILL = 0.02  # of the largest speed, that the record may begin and end with
+SLOWEST, FASTEST = 0.5, 2.0  # speed of its waves over sqrt(g depth)
+HEADS = {  # what the third column is called, by what it carries
+    "speed": re.compile(r"\b(speed|velocity|u|u_mean)\b|\bm/s\b", re.IGNORECASE),
+    "flux": re.compile(r"\b(flux|discharge|q|qx|hu)\b|\bm(2|\^2|\*\*2|²)/s\b", re.IGNORECASE),
+}
 
 
 class Waves(WaveKind):
@@ -44,7 +50,16 @@ class Waves(WaveKind):
             yield error.key or "waves.file", error.fault, error.fix
             return
         if np.ptp(series.speed) == 0:
-            yield "waves.file", "the water never moves", "give a record with waves in it"
+            yield "waves.file", f"{self.file.name}: the water never moves", "give a record with waves in it"
+            return
+        last, end = series.speed[-1], self.piston(water.depth, water.g).end
+        if abs(last) > STILL * np.abs(series.speed).max() and end < water.duration:
+            yield (
+                "waves.file",
+                f"{self.file.name}: the record is too short, it ends at {series.time[-1]:g} s with the water at {last:.3g} m/s,"
+                f" and the run goes on for {water.duration - end:.3g} s",
+                f"give a longer record, or set duration to {end:.4g} s or less",
+            )
 
     def warnings(self, water: Water) -> Iterator[str]:
         series = read_series(self.file, self.carries, water.depth)
@@ -53,6 +68,12 @@ class Waves(WaveKind):
         for word, u in (("begins", series.speed[0]), ("ends", series.speed[-1])):
             if abs(u) > STILL * most:
                 yield f"waves.file: the record {word} at {u:.3g} m/s, and the piston stands still there"
+        pace = series.pace(water.g)
+        if not SLOWEST <= pace <= FASTEST:
+            yield (
+                f"waves.file: its flux over its elevation is {pace:.2g} of sqrt(g depth), the speed of long waves; "
+                f"check that {self.carries!r} is what column 3 carries, and its units"
+            )
 
     def figures(self, water: Water) -> Iterator[str]:
         piston = self.piston(water.depth, water.g)
@@ -84,20 +105,32 @@ class Series:
     def celerity(self, g: float) -> float:
         """Speed of its waves [m/s]: flux over elevation in least squares, which is exact for a wave of permanent form and
         sqrt(g depth) for long waves; within half and twice of that, where waves come back over the line."""
-        long, weight = math.sqrt(g * self.depth), float((self.elevation**2).sum())
-        if weight == 0.0:
-            return long
+        return float(np.clip(self.pace(g), SLOWEST, FASTEST)) * math.sqrt(g * self.depth)
+
+    def pace(self, g: float) -> float:
+        """Flux over elevation in least squares, over sqrt(g depth); 1 where the surface does not move."""
+        weight = float((self.elevation**2).sum())
         flux = self.speed * (self.depth + self.elevation)
-        return float(np.clip((flux * self.elevation).sum() / weight, 0.5 * long, 2 * long))
+        return float((flux * self.elevation).sum()) / weight / math.sqrt(g * self.depth) if weight else 1.0
 
 
 def read_series(file: Path, carries: str, depth: float) -> Series:
-    """The series of a file. Raises SceneError."""
-    rows = read_table(file, ("time", "elevation", carries), 3)
+    """The series of a file, for water of this depth [m]. Raises SceneError, which names file, row and column."""
+    try:
+        rows = read_table(file, ("time", "elevation", carries), 3)
+    except SceneError as error:
+        raise SceneError(f"{file.name}: {error.fault}", key="waves.file", fix=error.fix) from None
     time, elevation, third = rows.T
+    head = file.read_text(encoding="utf-8-sig").partition("\n")[0].split(",")[-1].strip()
+    other = next(name for name in HEADS if name != carries)
+    if HEADS[other].search(head) and not HEADS[carries].search(head):
+        fault = f"{file.name}: column 3 is called {head!r}, and waves.carries has it as {carries}"
+        raise SceneError(fault, key="waves.carries", fix=f"set it to {other!r}, or call the column {carries}")
     if elevation.min() <= -depth:
         row = int(elevation.argmin())
-        fault = f"the elevation of {elevation[row]:g} m at {time[row]:g} s is below the bed, {depth:g} m deep"
+        fault = (
+            f"{file.name}: column elevation: {elevation[row]:g} m at {time[row]:g} s is below the bed, {depth:g} m deep"
+        )
         raise SceneError(
             fault, key="waves.file", fix="give elevations over still water, at a line as deep as the piston"
         )
