@@ -48,6 +48,9 @@ def check_routine(study: Study) -> None:
         check_power(study.bem, _waves(study), list(study.parameters))
     if study.bem:
         check_file(study.bem, study.routine)
+        if (sea := base_scene(study).sea) and sea.current is not None:
+            fault = "boundary elements know no current, and the scene has one"
+            raise SceneError(fault, key="bem", fix="leave bem or sea.current out")
         if study.routine != "radiation":
             keys = [parameter.key for parameter in study.parameters.values()]
             check_generator(study.bem, base_scene(study), keys)

@@ -43,7 +43,7 @@ class Sea:
         )
         self._width, self._rate = sea_zone(scene)
         low, high = np.array(scene.tank.min)[:-1], np.array(scene.tank.max)[:-1]
-        self._along, self._frame = self.waves.along(dim), self.waves.frame(dim)
+        self._frame = self.waves.frame(dim)
         self._top = ABOVE * self.waves.crest
         sides = sea_sides(scene)
         self._low = np.array([x if f"{a}-" in sides else -math.inf for a, x in zip("xy", low, strict=False)])
@@ -94,7 +94,7 @@ class Sea:
         placed.acceleration[placed.of_owner(PISTON)] = bent
         found = self._table.at(time, 1)
         self._velocities = np.ascontiguousarray(found).reshape(len(found), *self._nodes)
-        self._flow = self.waves.mean_flow(time) * self._along
+        self._flow = self.waves.flow(time, len(self.impulse))
 
     def draw(self, particles: ParticleState, dt: float, team: Team, reductions: Reductions) -> None:
         """Draw the fluid in the zones to the waves over a step of dt [s]."""

@@ -68,7 +68,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
     check_instruments(scene, solids)
     gaps = bodies.gaps() if bodies else []
     obstacles = [solid for _, solid in solids + gaps]
-    if scene.sea and scene.sea.start == "waves":
+    if scene.sea and (scene.sea.start == "waves" or scene.sea.current is not None):
         from fsi.particles.sea import under_waves
 
         (position, velocity, pressure, clear, volume), liquid, left_out = under_waves(scene, obstacles), None, ()

@@ -30,7 +30,7 @@ def under_waves(scene: Scene, solids: list[Solid]) -> tuple:
 
 def check_zones(scene: Scene, bodies: BodySet) -> None:
     """Raise SceneError for a body in a zone of the sea, where the water is drawn to waves that know nothing of it."""
-    tank, (width, _) = scene.tank, sea_zone(scene)
+    tank, width = scene.tank, max(sea_zone(scene)[0], 2 * scene.smoothing_length)
     for _, solid in bodies.solids():
         points = solid.boundary(scene.spacing, scene.layers)
         points = points[points[:, -1] < scene.fluid.still_water_level]

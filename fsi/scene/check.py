@@ -129,7 +129,7 @@ def _periodic(scene: Scene) -> Iterator[Fault]:
         yield key, "a piston stands at the end of the x axis", 'leave "x" out or remove [waves]'
     if "z" in tank.periodic and scene.gravity > 0:
         yield key, "gravity acts along z", "set gravity = 0"
-    if tank.periodic and scene.bodies:
+    if tank.periodic and scene.bodies and not (scene.sea and scene.sea.current is not None):
         yield key, "bodies do not repeat along a periodic axis", "use walls far away instead"
 
 

@@ -6,7 +6,17 @@ import math
 from collections.abc import Iterator
 
 from fsi.errors import SceneError
-from fsi.scene.geometry import ZONE_POWER, incident_waves, longest_period, sea_sides, sea_zone, wave_depth
+from fsi.scene.geometry import (
+    ZONE_POWER,
+    drifting_waves,
+    endless,
+    incident_waves,
+    longest_period,
+    sea_current,
+    sea_sides,
+    sea_zone,
+    wave_depth,
+)
 from fsi.scene.model import Scene
 from fsi.waves.kind import Fault, Water
 from fsi.waves.sponge import reflection
@@ -20,7 +30,7 @@ FLUME = (
 
 def sea_faults(scene: Scene) -> Iterator[Fault]:
     """What cannot work."""
-    for check in (_alone, _box, _kind, _sum, _zones) if scene.sea else ():
+    for check in (_alone, _box, _current, _kind, _sum, _repeats, _zones) if scene.sea else ():
         faults = list(check(scene))
         yield from faults
         if faults:  # the next check builds on this one
@@ -44,8 +54,10 @@ def _alone(scene: Scene) -> Iterator[Fault]:
         yield "gravity", "waves need gravity", "use e.g. 9.81"
     if scene.sea.waves.absorb:
         yield "sea.waves.absorb", "there is no piston that could absorb", "leave it out: the zones do"
-    if scene.sea.start == "waves" and scene.fluid.start not in ("auto", "hydrostatic"):
-        yield "fluid.start", f"{scene.fluid.start!r} is of water at rest", "leave it out, or set sea.start = 'rest'"
+    moving = scene.sea.start == "waves" or scene.sea.current is not None
+    if moving and scene.fluid.start not in ("auto", "hydrostatic"):
+        fix = "leave it out" if scene.sea.current is not None else "leave it out, or set sea.start = 'rest'"
+        yield "fluid.start", f"{scene.fluid.start!r} is of water at rest", fix
 
 
 def _box(scene: Scene) -> Iterator[Fault]:
@@ -54,21 +66,35 @@ def _box(scene: Scene) -> Iterator[Fault]:
         yield "tank.walls", "a sea needs a free surface", "raise the tank over the water, and leave 'z+' out"
     if "z-" not in tank.walls:
         yield "tank.walls", "a sea needs a floor", "add 'z-'"
-    if "x" in tank.periodic:
-        yield "tank.periodic", "a sea has walls and zones at both ends of the x axis", 'leave "x" out'
     for side in sea_sides(scene):
-        if side not in tank.walls:
+        if side not in tank.walls and side[0] not in tank.periodic:
             yield "tank.walls", f"a sea needs the wall {side}, which moves with its waves", f"add {side!r}"
     turn = abs(math.sin(math.radians(scene.sea.heading)))
     if turn > 1e-6 and scene.dimension == 2:
         yield "sea.heading", f"{scene.sea.heading:g} degrees in two dimensions", "use 0 or 180"
-    elif turn > 1e-6 and "y" in tank.periodic:
+    elif turn > 1e-6 and tank.periodic:
         yield "sea.heading", "waves across a periodic axis do not repeat themselves", "use 0 or 180"
 
 
+def _current(scene: Scene) -> Iterator[Fault]:
+    """A current that the tank can carry: it comes back where it left."""
+    given, tank = scene.sea.current, scene.tank
+    if given is None:
+        return
+    sides = scene.dimension - 1
+    if (len(given) if isinstance(given, tuple) else 1) != sides:
+        yield "sea.current", f"{given} in {scene.dimension} dimensions", "give u" if sides == 1 else "give [u, v]"
+        return
+    for axis, speed in zip(tank.axes[:-1], sea_current(scene)[:sides], strict=True):
+        if speed and axis not in tank.periodic:
+            fault = f"{speed:g} m/s along {axis} would go through the walls {axis}- and {axis}+"
+            along = " and make the tank a whole number of wave lengths long" if axis == "x" else ""
+            yield "sea.current", fault, f'set tank.periodic = ["{axis}"]{along}: what flows out comes in again'
+
+
 def _kind(scene: Scene) -> Iterator[Fault]:
-    yield from ((f"sea.{key}", fault, fix) for key, fault, fix in scene.sea.waves.faults(_water(scene)))
     try:
+        yield from ((f"sea.{key}", fault, fix) for key, fault, fix in drifting_waves(scene).faults(_water(scene)))
         incident_waves(scene)
     except SceneError as error:
         key = error.key or "sea.waves"
@@ -103,6 +129,23 @@ def _sum(scene: Scene) -> Iterator[Fault]:
         )
 
 
+def _repeats(scene: Scene) -> Iterator[Fault]:
+    """Waves along a periodic axis, which meet themselves at its ends."""
+    if not endless(scene):
+        return
+    waves, dr = incident_waves(scene), scene.spacing
+    if len(waves.k) > 1 and not waves.steady:
+        fix = "use regular or nonlinear waves, or a current across them along a periodic y axis"
+        yield "sea.waves.kind", f"{scene.sea.waves.kind} waves do not repeat themselves along x", fix
+        return
+    length, size = 2 * math.pi / float(waves.k[0]), scene.tank.max[0] - scene.tank.min[0]
+    count = max(1, round(size / length))
+    if abs(size - count * length) > 0.5 * dr * (1 + 1e-6):
+        fault = f"waves of {length:.4g} m do not repeat themselves in the {size:g} m along x"
+        best = round(count * length / dr) * dr
+        yield "tank.periodic", fault, f"make it {count} of them long, {best:.6g} m to the nearest spacing"
+
+
 def _zones(scene: Scene) -> Iterator[Fault]:
     tank, (width, _) = scene.tank, sea_zone(scene)
     for axis in {side[0] for side in sea_sides(scene)}:
@@ -121,7 +164,7 @@ def sea_warnings(scene: Scene) -> list[str]:
     if scene.sea is None:
         return []
     return [
-        *(f"sea.{line}" if line.startswith("waves") else line for line in scene.sea.waves.warnings(_water(scene))),
+        *(f"sea.{line}" if line.startswith("waves") else line for line in drifting_waves(scene).warnings(_water(scene))),
         *_own(scene),
     ]
 
@@ -158,13 +201,26 @@ def sea_summary(scene: Scene) -> list[str]:
     part = reflection(width / length, rate / omega, ZONE_POWER)
     start = "under waves from the first step" if scene.sea.start == "waves" else f"from rest, ramp {waves.ramp:.3g} s"
     return [
-        *(f"sea: {line}" for line in scene.sea.waves.figures(water)),
+        *(f"sea: {line}" for line in drifting_waves(scene).figures(water)),
+        *_stream(scene),
         f"sea: {scene.sea.waves.kind}, heading {scene.sea.heading:g} degrees, {start}; walls move by {waves.excursion:.3g} m",
         f"sea: box of {size / length:.2f} wave lengths; zones of {width:.3g} m, {width / length:.2f} wave lengths, at "
         f"{rate / omega:.1f} omega send back about {100 * part:.2g} %, by long-wave theory",
         f"sea: a flume with a piston for the {size - 2 * width:.3g} m between the zones would be about "
         f"{(FLUME * length + size - 2 * width) / size:.1f} times as long, and wait for its waves",
     ]
+
+
+def _stream(scene: Scene) -> Iterator[str]:
+    """What the current does to the waves; all other lines are as the water sees them that drifts with it."""
+    if scene.sea.current is None:
+        return
+    waves, (u, v) = incident_waves(scene), sea_current(scene)
+    seen = float(waves.seen[0])
+    yield (
+        f"sea: current ({u:g}, {v:g}) m/s, seen from which the waves above are; at a fixed place their period is "
+        f"{2 * math.pi / seen:.4g} s, and they travel at {seen / waves.k[0]:.3g} m/s"
+    )
 
 
 def _water(scene: Scene) -> Water:

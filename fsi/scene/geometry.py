@@ -15,7 +15,7 @@ from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped, volume
 from fsi.waves import Motion, piston
 from fsi.waves.incident import IncidentWaves
-from fsi.waves.kind import Water
+from fsi.waves.kind import Water, WaveKind
 
 ZONE_RATE, ZONE_POWER = 1.45, 1.0  # of the zones of a sea: rate over omega, how it grows (docs/guide/waves.md)
 ALONG = 1e-6  # sine of the angle within which waves run along a wall
@@ -160,19 +160,54 @@ def piston_path(scene: Scene) -> tuple[float, float]:
 def incident_waves(scene: Scene) -> IncidentWaves:
     """The waves of the scene's sea; one scene's are made once. Raises SceneError for a kind without any."""
     sea, water = scene.sea, Water(wave_depth(scene), scene.gravity, scene.spacing)
-    ramp = 0.0
+    kind, ramp = drifting_waves(scene), 0.0
     if sea.start == "rest":
         given = getattr(sea.waves, "ramp", None)
         ramp = 2 * longest_period(scene) if given is None else given
     file = getattr(sea.waves, "file", None)
     stamp = (file.stat().st_mtime_ns, file.stat().st_size) if file and file.is_file() else None
-    found = _incident(sea.waves, water.depth, water.g, stamp, sea.spreading, sea.order)
+    found = _incident(kind, water.depth, water.g, stamp, sea.spreading, sea.order)
     if found is None:
         fix = "use regular, nonlinear, irregular, spectrum, measured or focused, or a flume with [waves]"
         raise SceneError(
             f"waves of the kind {sea.waves.kind!r} come from a piston alone", key="sea.waves.kind", fix=fix
         )
-    return found.turned(math.radians(sea.heading), ramp)
+    found = found.turned(math.radians(sea.heading), ramp)
+    if sea.current is None and not endless(scene):
+        return found
+    from fsi.waves.current import on_current
+
+    return on_current(found, sea_current(scene), endless(scene))
+
+
+def sea_current(scene: Scene) -> np.ndarray:
+    """The current (2,) [m/s] of the scene's sea."""
+    given = np.zeros(2)
+    if scene.sea.current is not None:
+        parts = np.atleast_1d(scene.sea.current)[:2]
+        given[: len(parts)] = parts
+    return given
+
+
+def endless(scene: Scene) -> bool:
+    """Whether the waves of the scene's sea run along a periodic axis."""
+    return "x" in scene.tank.periodic
+
+
+def drifting_waves(scene: Scene) -> WaveKind:
+    """The waves of the scene's sea as water that drifts with its current sees them. Raises SceneError where it stops them."""
+    waves = scene.sea.waves
+    if not endless(scene) or not hasattr(waves, "period"):
+        return waves
+    along = math.cos(math.radians(scene.sea.heading)) * float(sea_current(scene)[0])
+    return _retimed(waves, wave_depth(scene), scene.gravity, along)
+
+
+@lru_cache(maxsize=4)
+def _retimed(waves, depth: float, g: float, along: float) -> WaveKind:
+    from fsi.waves.current import retimed
+
+    return retimed(waves, depth, g, along)
 
 
 @lru_cache(maxsize=4)
@@ -188,9 +223,9 @@ def _incident(waves, depth: float, g: float, stamp: tuple | None, spreading, ord
 
 
 def longest_period(scene: Scene) -> float:
-    """Of the trains of waves of the scene's sea [s]."""
+    """Of the trains of waves of the scene's sea, where a current carries them seen from its water [s]."""
     water = Water(wave_depth(scene), scene.gravity, scene.spacing)
-    return max(train.period for train in scene.sea.waves.trains(water))
+    return max(train.period for train in drifting_waves(scene).trains(water))
 
 
 def sea_zone(scene: Scene) -> tuple[float, float]:
@@ -201,8 +236,11 @@ def sea_zone(scene: Scene) -> tuple[float, float]:
 
 
 def sea_sides(scene: Scene) -> list[str]:
-    """Sides of the tank along which the sea has zones."""
-    return [f"{a}{s}" for a in scene.tank.axes[:-1] if a not in scene.tank.periodic for s in "-+"]
+    """Sides of the tank along which the sea has zones: all but those of a periodic axis that neither its waves nor its current
+    run along."""
+    current = sea_current(scene)
+    axes = [a for n, a in enumerate(scene.tank.axes[:-1]) if a not in scene.tank.periodic or a == "x" or current[n]]
+    return [f"{a}{s}" for a in axes for s in "-+"]
 
 
 def moving_sides(scene: Scene) -> set[str]:
@@ -211,11 +249,12 @@ def moving_sides(scene: Scene) -> set[str]:
         return {"x-"}
     if scene.sea is None:
         return set()
+    walls = {side for side in sea_sides(scene) if side[0] not in scene.tank.periodic}
     if scene.sea.spreading is not None:
-        return set(sea_sides(scene))
+        return walls
     turn = math.radians(scene.sea.heading)
     across = {"x": abs(math.cos(turn)) > ALONG, "y": abs(math.sin(turn)) > ALONG}
-    return {side for side in sea_sides(scene) if across[side[0]]}
+    return {side for side in walls if across[side[0]]}
 
 
 def retreats(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

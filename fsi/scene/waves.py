@@ -27,7 +27,10 @@ class DampingZone(Part):
 
 class Sea(Part):
     """The open sea: the tank is a box around the bodies, whose end walls move as the water of the incident waves does,
-    and along its sides the water is drawn to these waves, so that what the bodies send out leaves (`fsi.fluid.sea`)."""
+    and along its sides the water is drawn to these waves, so that what the bodies send out leaves (`fsi.fluid.sea`).
+
+    No wall can carry a current: along it the tank is periodic, where its waves run along it a whole number of them long, and
+    zones lie along both of its ends."""
 
     waves: (
         Waves  # the incident waves, by kind and keys as in [waves]; at x = y = 0 their phases are those at the piston
@@ -38,3 +41,4 @@ class Sea(Part):
     spreading: Positive | None = None  # exponent s of cos^2s(angle / 2) of a sum of waves; one direction if not given
     order: Literal[1, 2] = 1  # 2: a sum of waves with the waves bound to each pair of them
     start: Literal["waves", "rest"] = "waves"  # under waves, or at rest with the ramp of the waves
+    current: Number | tuple[Number, ...] | None = None  # uniform velocity of the water [m/s], u or [u, v]

@@ -30,6 +30,8 @@ class Alarms(Remembers):
     def __init__(self, sim, slipped: Slipped):
         self._sim, self._limits, self._slipped = sim, sim.scene.alarms, slipped
         self._started_with = sim.fluid.count
+        tank = sim.scene.tank
+        self._seams = [tank.axes.index(a) for a in tank.periodic] if sim.bodies else []
         self.notes: list[str] = []
         self._lost = 0
         self._first = ""  # when and where the first was lost
@@ -51,6 +53,8 @@ class Alarms(Remembers):
     def check(self, kept: str) -> None:
         """After a step. Raises RunError where a limit is passed; `kept` says what the log holds."""
         self._check_energy(kept)
+        if self._seams:
+            self._check_seams(kept)
         if self._sim.fluid.lost > self._lost:
             self._check_lost(kept)
         if self._sim.time >= (self._looks + 1) / LOOKS * self._sim.scene.duration * (1 - 1e-9):
@@ -125,6 +129,23 @@ class Alarms(Remembers):
             f"the walls are doubled: {len(close)} of their particles are closer than {CROWDED:g} spacings "
             f"to another, such as at {_point(walls[close[0]])}; move the bathymetry or the fixed geoms off the tank's walls"
         )
+
+    # -------------------------------------------------------------------------------------- periodic axes
+
+    def _check_seams(self, kept: str) -> None:
+        """Raise RunError for a body that has come to an end of a periodic axis: water beyond would not feel it."""
+        sim, fluid = self._sim, self._sim.fluid
+        tank, reach = sim.scene.tank, 2 * sim.scene.smoothing_length
+        for b, name in enumerate(sim.bodies.names):
+            points = fluid.boundary[fluid.of_owner(FIRST_BODY + b)]
+            for d in self._seams if len(points) else ():
+                low, high = points[:, d].min() - tank.min[d], tank.max[d] - points[:, d].max()
+                if min(low, high) < reach:
+                    raise RunError(
+                        f"at t = {sim.time:.4g} s body {name!r} has come to {min(low, high):.3g} m from the end of the "
+                        f"{tank.axes[d]} axis, where the tank repeats itself and bodies do not: moor it, or make the tank "
+                        f"longer{kept}"
+                    )
 
     # -------------------------------------------------------------------------------------- inside solids
 

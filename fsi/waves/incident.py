@@ -33,7 +33,8 @@ class IncidentWaves:
     C_n hold above still water too. In a sum of many waves they go on there by their tangent: short waves would grow
     without bound in the crests of long ones (Rodenbusch & Forristall 1986). `aligned`: crests that meet on purpose.
     `off` (n,): directions of the components from the heading [rad], of a sea that is spread over directions; `free`: how many
-    of the components run by themselves where others are bound to them (`fsi.waves.second_order`)."""
+    of the components run by themselves where others are bound to them (`fsi.waves.second_order`). `current` (2,): uniform
+    velocity [m/s] of the water that all this is seen from; a fixed place sees omega + k . current (`fsi.waves.current`)."""
 
     elevation_amplitude: np.ndarray
     potential: np.ndarray
@@ -49,6 +50,7 @@ class IncidentWaves:
     aligned: bool = False
     off: np.ndarray | None = None
     free: int | None = None
+    current: np.ndarray | None = None
 
     # -------------------------------------------------------------------------------------- what is asked of it
 
@@ -63,11 +65,11 @@ class IncidentWaves:
     def velocity(self, t: float, points: np.ndarray) -> np.ndarray:
         """Velocity (n, dim) [m/s] at points (n, dim)."""
         found = self._vector(t, 1, points)
-        found[:, :-1] += self.mean_flow(t) * self.along(points.shape[1])
+        found[:, :-1] += self.flow(t, points.shape[1])
         return found
 
     def acceleration(self, t: float, points: np.ndarray) -> np.ndarray:
-        """Local acceleration du/dt (n, dim) [m/s2] at points (n, dim)."""
+        """Acceleration du/dt (n, dim) [m/s2] at points (n, dim) that stand still in the current."""
         return self._vector(t, 2, points)
 
     def pressure(self, t: float, points: np.ndarray, density: float) -> np.ndarray:
@@ -94,6 +96,11 @@ class IncidentWaves:
     def mean_flow(self, t: float) -> float:
         """Mean velocity along the heading [m/s]."""
         return self.drift * self.ramped(t)[0] ** 2
+
+    def flow(self, t: float, dim: int) -> np.ndarray:
+        """Mean velocity (dim - 1,) [m/s]: of the current, and along the heading."""
+        mean = self.mean_flow(t) * self.along(dim)
+        return mean if self.current is None else mean + self.current[: dim - 1]
 
     @property
     def crest(self) -> float:
@@ -138,10 +145,15 @@ class IncidentWaves:
         return cosine_ramp(t, self.ramp) if self.ramp > 0 else (1.0, 0.0, 0.0)
 
     def phasor(self, t: float, rate: int) -> np.ndarray:
-        """The rate-th time derivative of r exp(i (phase - omega t)) (n,)."""
+        """The rate-th time derivative of r exp(i (phase - omega t)) (n,), for water that drifts with the current."""
         r, dr, ddr = self.ramped(t)
-        turn, w = np.exp(1j * (self.phase - self.omega * t)), -1j * self.omega
+        turn, w = np.exp(1j * (self.phase - self.seen * t)), -1j * self.omega
         return turn * (r, dr + r * w, ddr + 2 * dr * w + r * w * w)[rate]
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Frequencies (n,) [rad/s] at a fixed place."""
+        return self.omega if self.current is None else self.omega + self.wavevectors(np.eye(2)) @ self.current
 
     def profiles(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """C_n and dC_n/dz at heights z (m,), each (m, n)."""

@@ -42,7 +42,11 @@ ROUND = "dimension = 3\nspacing = 0.1\nduration = 2\n[tank]\nmin = [-2,-1.5,-0.5
         ({"fluid.still_water_level": "0.5"}, "tank.walls: a sea needs a free surface"),
         ({"tank.walls": '["x-", "z-"]'}, "tank.walls: a sea needs the wall x+"),
         ({"tank.walls": '["x-", "x+"]'}, "tank.walls: a sea needs a floor"),
-        ({"tank.periodic": '["x"]'}, "tank.periodic: a sea has walls and zones at both ends"),
+        ({"tank.periodic": '["x"]', "tank.max": "[5.5, 0.5]"}, "tank.periodic: waves of 2.355 m do not repeat themselves"),
+        ({"tank.periodic": '["x"]', "sea.waves": IRREGULAR}, "sea.waves.kind: irregular waves do not repeat"),
+        ({"sea.current": "0.3"}, "sea.current: 0.3 m/s along x would go through the walls x- and x+"),
+        ({"sea.current": "[0.3, 0.1]"}, "sea.current: (0.3, 0.1) in 2 dimensions"),
+        ({"sea.current": "-1.0", "tank.periodic": '["x"]'}, "sea.current: there are no waves of 1.3 s on this current"),
         ({"sea.heading": "90"}, "sea.heading: 90 degrees in two dimensions"),
         ({"sea.waves.absorb": "true"}, "sea.waves.absorb: there is no piston"),
         ({"fluid.start": "converged"}, "fluid.start: 'converged' is of water at rest"),
@@ -86,6 +90,22 @@ def test_a_sea_of_two_lengths_says_nothing_but_its_figures(scene_file, tmp_path)
     again = tmp_path / "again.toml"
     again.write_text(resolved_toml(scene))
     assert load_scene(again) == scene
+
+
+def test_waves_on_a_current_are_told_as_the_water_and_as_a_fixed_place_see_them(scene_file):
+    changes = ["tank.max=[5.76, 0.5]", "tank.periodic=['x']", "sea.current=0.3"]
+    lines = sea_summary(load_scene(scene_file(SEA), changes))
+    assert "current (0.3, 0) m/s" in lines[1] and "at a fixed place their period is 1.3 s" in lines[1]
+    assert "period 1.51" in lines[0]
+
+
+def test_a_current_across_the_waves_flows_along_a_periodic_y_axis_and_leaves_them_alone(scene_file):
+    more = "[sea]\nzone = 0.5\ncurrent = [0.0, 0.2]\n"
+    scene = load_scene(scene_file(SEA + more, instead=ROUND + 'periodic = ["y"]\n'))
+    assert geometry.sea_sides(scene) == ["x-", "x+", "y-", "y+"] and geometry.moving_sides(scene) == {"x-", "x+"}
+    waves = geometry.incident_waves(scene)
+    assert waves.seen == pytest.approx(waves.omega) and waves.drift < 0
+    np.testing.assert_allclose(waves.flow(0.0, 3), [waves.drift, 0.2])
 
 
 def placed(scene, time):

@@ -1,9 +1,9 @@
 """Waves in a box with a sea around it: those that were asked for stay, those that were not leave.
 
-`sea_regular`: no body; the elevation at nine gauges between the zones against the incident waves themselves, of Stokes' third
-order. `sea_absorption`: still water is thrown into a group of waves, half of which runs to either side; exact is that
-nothing comes back. Its kinetic energy is half of the whole as soon as it runs, so that sqrt(2 K / K0), when what came
-back would be in the middle again, is what the zones reflect.
+`sea_regular`, and on a current `sea_current_with` and `sea_current_against`: no body; the elevation at nine gauges between
+the zones against the incident waves themselves, of Stokes' third order. `sea_absorption`: still water is thrown into a group
+of waves, half of which runs to either side; exact is that nothing comes back. Its kinetic energy is half of the whole as soon
+as it runs, so that sqrt(2 K / K0), when what came back would be in the middle again, is what the zones reflect.
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ from cases.validation.waves.wavemaker import NUMERICS
 from fsi.fluid.gauges import elevation
 from fsi.scene.geometry import incident_waves
 from fsi.simulation.loop import Simulation
+from fsi.waves.current import retimed
 from fsi.waves.kinds.focused import Waves as Focused
+from fsi.waves.kinds.regular import Waves as Regular
 
 G, DEPTH, KD, HEIGHT = 9.81, 0.5, 1.5, 0.1
 K = KD / DEPTH
 OMEGA = math.sqrt(G * K * math.tanh(KD))
 PERIOD, LENGTH = 2 * math.pi / OMEGA, 2 * math.pi / K
 PERIODS, RECORD = 10, 3  # of the run, and at its end of the record
-GAUGES = LENGTH * np.linspace(-0.45, 0.45, 9)
+CURRENT = 0.3  # [m/s], a sixth of the speed of the waves
 GROUP = Focused(kind="focused", crest=0.03, peak_period=PERIOD, time=0.0, gamma=8.0, highest=1.6)
 BACK = (3.0, 5.0)  # when what is reflected comes through the middle [periods]
 
@@ -38,12 +40,13 @@ class Stays(Measure):
     def begin(self, sim: Simulation) -> None:
         self.time, self.found, self.exact, self.waves = [], [], [], incident_waves(sim.scene)
         self.k = float(self.waves.k[0])
+        self.places = 2 * math.pi / self.k * np.linspace(-0.45, 0.45, 9)
 
     def sample(self, sim: Simulation) -> None:
         dr, h = sim.scene.spacing, sim.scene.smoothing_length
         self.time.append(sim.time)
-        self.found.append([elevation(sim.fluid.position, np.array([x]), dr, h) for x in GAUGES])
-        self.exact.append(self.waves.elevation(sim.time, GAUGES[:, None]))
+        self.found.append([elevation(sim.fluid.position, np.array([x]), dr, h) for x in self.places])
+        self.exact.append(self.waves.elevation(sim.time, self.places[:, None]))
 
     def errors(self) -> dict[str, float]:
         t, found, exact = (np.array(x) for x in (self.time, self.found, self.exact))
@@ -53,7 +56,7 @@ class Stays(Measure):
             first_harmonic(t[n], found[n], OMEGA) / first_harmonic(t[n], exact[n], OMEGA) for n in (late, early)
         )
         height = np.abs(ratio).mean()
-        slope = np.polyfit(GAUGES, np.angle(ratio), 1)[0]  # of k too much
+        slope = np.polyfit(self.places, np.angle(ratio), 1)[0]  # of k too much
         whole = t > t[-1] - RECORD * PERIOD * (1 + 1e-9)
         return {
             "height": float(height - 1),
@@ -95,6 +98,18 @@ def regular(spacing: float, folder) -> dict:
     return _scene(spacing, {"waves": {"wave_height": HEIGHT, "period": PERIOD}}, PERIODS)
 
 
+def streaming(current: float):
+    def scene(spacing: float, folder) -> dict:
+        waves = {"wave_height": HEIGHT, "period": PERIOD}
+        drifting = retimed(Regular(**waves), DEPTH, G, current).incident(DEPTH, G)
+        end = round(4 * math.pi / drifting.k[0] / spacing) * spacing / 2
+        found = _scene(spacing, {"waves": waves, "current": current}, PERIODS)
+        tank = {"min": [-end, -DEPTH], "max": [end, found["tank"]["max"][1]], "periodic": ["x"]}
+        return found | {"tank": tank}
+
+    return scene
+
+
 def thrown(zone: float):
     def scene(spacing: float, folder) -> dict:
         still = {"wave_height": 1e-6, "period": PERIOD, "order": 1}
@@ -104,7 +119,7 @@ def thrown(zone: float):
 
 
 SPACING = {level: HEIGHT / per for level, per in (("coarse", 5), ("medium", 10), ("paper", 20))}
-NAMES = ("sea_regular", "sea_absorption")
+NAMES = ("sea_regular", "sea_absorption", "sea_current_with", "sea_current_against")
 CASES = {
     "sea_regular": Case(
         "sea_regular",
@@ -134,4 +149,22 @@ CASES = {
         "The longest waves of the group are half as long again as at its peak, and their zones a third of their length; zones"
         " of 0.8 of the wave length at the peak leave 3 %, near what the particles' own disorder leaves.",
     ),
+} | {
+    name: Case(
+        name,
+        f"Regular waves {way} a current of {CURRENT:g} m/s in a periodic box with a sea's zones, 1.2 s, H = 0.1 m",
+        "The incident waves: Stokes' third order in water that drifts with the current (Peregrine 1976).",
+        SPACING,
+        streaming(current),
+        Stays,
+        {"height": 0.02, "spread": 0.02, "phase_speed": 0.01, "level": 0.005, "growth": 0.02},
+        "The level: as that of `sea_regular`.",
+        fails_when={
+            "spread": Wrong("a wave of a tenth comes back from the zones", 0.1),
+            "phase_speed": Wrong("the length of waves without the current", 0.15),
+            "level": Wrong("the level creeps by a hundredth of the wave height", 0.01),
+            "growth": Wrong("waves that grow by a twentieth in six periods", 0.05),
+        },
+    )
+    for name, way, current in (("sea_current_with", "on", CURRENT), ("sea_current_against", "against", -CURRENT))
 }

@@ -39,15 +39,15 @@ class Water:
         self.period, self.length = 2 * math.pi / self.omega, 2 * math.pi / self.k
         self.height = STEEPNESS * self.length
 
-    def box(self, spacing: float, heading: float = 0.0) -> dict:
-        """Two wave lengths square, zones of half of one."""
+    def box(self, spacing: float, heading: float = 0.0, top: float = 0.0) -> dict:
+        """Two wave lengths square, zones of half of one; `top`: of what has to stay below its end [m]."""
         half = round(self.length / spacing) * spacing
         return {
             "dimension": 3,
             "duration": PERIODS * self.period,
             "tank": {
                 "min": [-half, -half, -self.depth],
-                "max": [half, half, math.ceil(2 * self.height / spacing) * spacing],
+                "max": [half, half, math.ceil(max(2 * self.height, top) / spacing) * spacing],
             },
             "sea": {"waves": {"wave_height": self.height, "period": self.period}, "heading": heading},
             "numerics": NUMERICS,
@@ -177,7 +177,7 @@ def cylinder(name: str):
 def sphere(spacing: float, folder) -> dict:
     water = BALL
     body = models.body("sphere", (0, 0, 0), models.HEAVE, "sphere", (RADIUS,), 500.0)
-    return water.box(spacing) | {"bodies": models.write(folder, [body], G)}
+    return water.box(spacing, top=1.5 * RADIUS) | {"bodies": models.write(folder, [body], G)}
 
 
 def oblique(spacing: float, folder) -> dict:
