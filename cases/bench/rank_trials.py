@@ -121,15 +121,17 @@ class Shared:
 
 TABLE = {
     "dam_break": Shared("dam_break", 1.4, ("spacing=0.03",)),
-    "dam_break_3d": Shared("dam_tank", 0.6, ("spacing=0.05",), ("2x1x1", "3x1x1", "2x2x1", "2x2x2")),
+    "dam_break_3d": Shared("dam_tank", 3.2, ("spacing=0.05", "duration=3.2"), ("2x1x1", "3x1x1", "2x2x1", "2x2x2")),
     "flap": Shared("flap", 12.0, ("spacing=0.08",)),
-    "flap_3d": Shared("owsc", 0.6, ("spacing=0.07",)),
+    "flap_3d": Shared("owsc", 4.0, ("spacing=0.07",)),
     "floating_box_2d": Shared("floating_box_2d", 7.5, ("spacing=0.05",), ("2x1", "3x1", "2x2", "4x2")),
-    "floating_box": Shared("floating_box", 0.9, ("spacing=0.075",), ("2x1x1", "1x3x1", "2x1x2", "2x2x2")),
+    "floating_box": Shared(
+        "floating_box", 14.0, ("spacing=0.075", "duration=14.0", "numerics.courant=0.12"), ("2x1x1", "1x3x1", "2x1x2", "2x2x2")
+    ),  # fmt: skip
     "contact_slide": Shared("slide_submarine_contact", 1.1, ("spacing=0.04", "numerics.courant=0.12")),
-    "contact_slide_3d": Shared("slide_basin", 0.8, ("spacing=0.06",)),
+    "contact_slide_3d": Shared("slide_basin", 5.0, ("spacing=0.06", "duration=5.0")),
     "periodic_channel": Shared(CHANNEL, 9.0, (), ("2x1", "1x3", "2x2", "4x2")),
-    "periodic_channel_3d": Shared(CHANNEL_3D, 3.0, (), ("2x1x1", "1x3x1", "2x2x1", "2x2x2")),
+    "periodic_channel_3d": Shared(CHANNEL_3D, 8.0, ("numerics.courant=0.05",), ("2x1x1", "1x3x1", "2x2x1", "2x2x2")),
 }
 KINDS = {
     "converged": Shared("dam_break", 0.1, ("numerics.solver=converged", "spacing=0.05")),
