@@ -156,7 +156,8 @@ def figure(rows: list[dict]):
                 panel.loglog(*zip(*points, strict=True), marker + "-", color=colour, label=solver)
         panel.set(xlabel="processor time [s]", ylabel=f"{trial.what} [%]")
         panel.set_title(trial.title, loc="left", fontsize=13)
-        for axis, values in ((panel.xaxis, panel.dataLim.intervalx), (panel.yaxis, panel.dataLim.intervaly)):
+        ranges = (panel.xaxis, panel.dataLim.intervalx), (panel.yaxis, panel.dataLim.intervaly)
+        for axis, values in ranges if panel.lines else ():
             axis.set_view_interval(*_decades(*values), ignore=True)
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter("")
