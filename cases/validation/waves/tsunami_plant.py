@@ -3,7 +3,8 @@
 After Sampath et al. (2016, J. Ocean Eng. Mar. Energy 2, 313-329, section 9), whose plant is not public: a paddle 800 m off
 shore makes a solitary wave about as high as theirs, 25 m; 90 s. There is no experiment. What can be told is compared with
 long-wave theory on the bed used here: the crest passes the gauge 700 m off shore and travels at sqrt(g (d + H)) over the flat
-bed. Depths before the buildings, the force on each, and when the water reaches the sea wall are printed at the end.
+bed. Depths before the buildings, the force on each, when the water reaches the sea wall, and how far out to sea what the coast
+sends back has come, are printed at the end.
 
 `python -m cases.validation.waves.tsunami_plant FILE.stl` writes the bed and the plant.
 """
@@ -40,6 +41,7 @@ BUILDINGS = {  # x, y, and size along x and y of each, and its top [m]
 TANKS = {"tank_1": (944, 928, 24, 30), "tank_2": (1008, 928, 24, 30)}  # x, y, radius, top [m]
 OFFSHORE = SHORE - 700.0  # x of the gauge
 SPEED = math.sqrt(G * (DEPTH + HEIGHT))
+RISE = 0.1 * HEIGHT  # from which on a front counts as there [m]
 
 
 def shells() -> list[tuple[np.ndarray, np.ndarray]]:
@@ -119,16 +121,42 @@ class RunIn(Measure):
         return np.array([row["time"] for row in self.rows]), np.nan_to_num(level, nan=-math.inf)
 
     def run_in(self) -> tuple[float, float]:
-        """Time [s] at which water reaches the sea wall, and its speed over the last 50 m before it [m/s]."""
+        """Time [s] at which the foremost water reaches the sea wall, and its speed over the last 50 m before it [m/s]."""
         t, front = (np.array([row[key] for row in self.rows]) for key in ("time", "front"))
-        reached = [t[(front >= x).argmax()] if (front >= x).any() else math.nan for x in (WALL[0] - 50, WALL[0] - 4)]
-        return reached[1], 46.0 / (reached[1] - reached[0]) if reached[1] > reached[0] else math.nan
+        most = np.maximum.accumulate(front)
+        before, reached = np.interp([WALL[0] - 50, WALL[0] - 4], most, t, right=math.nan)
+        return float(reached), float(46.0 / (reached - before)) if reached > before else math.nan
+
+    def reflection(self) -> tuple[float, float, float]:
+        """Of the wave that the coast sends back, in the middle: how far off shore its front is at the end [m], its speed over
+        the last 300 m [m/s], and the largest rise at a place there [m]; nan where none has set out.
+
+        Its front is at a place when the water has risen there by `RISE` from its lowest level after the crest that ran in; it
+        comes later from place to place, out to sea."""
+        t, level = self._series()
+        reached, _ = self.run_in()
+        places, times, rises = [], [], []
+        for n in np.flatnonzero(self._x < SHORE)[::-1]:
+            y = level[:, 0, n]
+            after = int(np.argmax(np.where(t < reached, y, -math.inf)))
+            rest = np.where(np.isfinite(y), y, math.nan)[after:]  # dry: no surface, and no front
+            rise = rest - np.fmin.accumulate(rest)
+            there = rise > RISE
+            when = t[after + there.argmax()] if there.any() else math.nan
+            if not when > (times[-1] if times else reached):
+                break
+            places, times, rises = [*places, self._x[n]], [*times, when], [*rises, np.nanmax(rise)]
+        if len(places) < 7:
+            return math.nan, math.nan, math.nan
+        return float(SHORE - places[-1]), -float(np.polyfit(times[-7:], places[-7:], 1)[0]), float(max(rises[-7:]))
 
     def errors(self) -> dict[str, float]:
         time, height, pace = self.crest()
-        expected = SolitaryPiston(HEIGHT, DEPTH, G).time / 2 + OFFSHORE / SPEED
+        piston = SolitaryPiston(HEIGHT, DEPTH, G)
+        expected = 0.5 * piston.time + (OFFSHORE - 0.5 * piston.stroke) / SPEED  # the crest leaves it half way
         reached, speed = self.run_in()
-        told = {"crest": (time, height, pace), "sea_wall": (reached, speed), "loads": self.loads()}
+        told = {"crest": (time, height, pace), "sea_wall": (reached, speed), "reflection": self.reflection()}
+        told["loads"] = self.loads()
         print(json.dumps(told), file=sys.stderr)
         return {"crest_height": height / HEIGHT - 1, "crest_speed": pace / SPEED - 1, "crest_time_s": time - expected}
 
