@@ -127,7 +127,7 @@ TABLE = {
     "floating_box_2d": Shared("floating_box_2d", 7.5, ("spacing=0.05",), ("2x1", "3x1", "2x2", "4x2")),
     "floating_box": Shared(
         "floating_box", 14.0, ("spacing=0.075", "duration=14.0", "numerics.courant=0.12"), ("2x1x1", "1x3x1", "2x1x2", "2x2x2")
-    ),  # fmt: skip
+    ),
     "contact_slide": Shared("slide_submarine_contact", 1.1, ("spacing=0.04", "numerics.courant=0.12")),
     "contact_slide_3d": Shared("slide_basin", 5.0, ("spacing=0.06", "duration=5.0")),
     "periodic_channel": Shared(CHANNEL, 9.0, (), ("2x1", "1x3", "2x2", "4x2")),

@@ -13,13 +13,23 @@ from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
 from fsi.sph.columns import Constants
 
+SEA = 3.0  # times what damps the slowest mode in a step, of a sea without bodies; from 4 on it grows (docs/guide/waves.md)
 HEAD = 4.0  # spacings of water, up to whose pressure the rows under the surface count more than once
 
 
 def density_relaxation(scene: Scene, depth: float) -> float:
-    """gamma: the scene's, or as much as the slowest mode of the depth [m] damps in a step."""
+    """gamma: the scene's, or as much as the slowest mode of the depth [m] damps in a step. Waves stir the particles, which then
+    take more room, and the level of a sea without bodies is held by as much more as is stable under its crests."""
     if scene.numerics.density_relaxation is not None:
         return scene.numerics.density_relaxation
+    if scene.sea and not scene.bodies:
+        from fsi.scene.geometry import incident_waves
+
+        return SEA * _damping(scene, depth + incident_waves(scene).crest)
+    return _damping(scene, depth)
+
+
+def _damping(scene: Scene, depth: float) -> float:
     return iteration(scene.numerics).gain * (SOUND * scene.smoothing_length * math.pi / (2 * depth)) ** 2 / 2
 
 

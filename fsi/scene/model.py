@@ -287,7 +287,7 @@ class Numerics(Part):
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
     density_relaxation: NonNegative | None = (
-        None  # gamma; None: the largest stable value for depth and sweeps; of `iisph` 0.1, with bodies 1 as its source
+        None  # gamma; None: what damps the depth's slowest mode in a step; of `iisph` 0.1, with bodies 1 as its source
     )
     standing_pressure: Literal["apart", "paired"] = (
         "paired"  # hydrostatic pressure: its exact gradient, or summed over pairs as the rest

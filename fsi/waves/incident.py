@@ -222,13 +222,12 @@ class Table:
         self.waves, self._shape, k = waves, (len(places), len(modes), len(z)), waves.wavevectors(frame)
         self._wave = np.exp(1j * (places @ k.T))
         shape = waves.profiles(z)
-        self._modes = np.concatenate(
-            [np.broadcast_to(mode(waves, k, *shape), shape[0].shape) for mode in modes]
-        ).T.copy()
+        found = np.concatenate([np.broadcast_to(mode(waves, k, *shape), shape[0].shape) for mode in modes]).T
+        self._modes = np.stack([found.real, -found.imag], axis=1).reshape(-1, found.shape[1])  # of the real part of a product
 
     def at(self, t: float, rate: int) -> np.ndarray:
         """The modes (modes, m, l), derived `rate` times by time."""
-        found = ((self._wave * self.waves.phasor(t, rate)) @ self._modes).real
+        found = (self._wave * self.waves.phasor(t, rate)).view(float) @ self._modes
         return found.reshape(self._shape).transpose(1, 0, 2)
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import fsi
 from fsi.errors import SceneError
+from fsi.fluid.constants import density_relaxation
 from fsi.fluid.gauges import elevation
 from fsi.scene.geometry import incident_waves
 from fsi.scene.model import Scene
@@ -60,6 +61,16 @@ def test_waves_keep_their_height_and_the_level_stays(start):
     found, exact = np.array(rows)[:, :, 0].T
     assert np.ptp(found) == pytest.approx(np.ptp(exact), rel=0.05)
     assert abs((found - exact).mean()) < 0.03 * HEIGHT
+
+
+def test_the_density_of_a_sea_without_bodies_is_held_as_far_as_is_stable_under_its_crests():
+    """From four times what damps the slowest mode in a step on that mode grows; its depth is that under a crest."""
+    scene, depth = box(), 0.5
+    crest = depth + incident_waves(scene).crest
+    plain = density_relaxation(box(sea=None), depth)
+    found = density_relaxation(scene, depth)
+    assert found == pytest.approx(3 * plain * (depth / crest) ** 2) and found < 4 * plain * (depth / crest) ** 2
+    assert density_relaxation(box(numerics={"density_relaxation": 0.01}), depth) == 0.01
 
 
 def test_another_seed_of_an_open_sea_is_refused():
