@@ -77,7 +77,8 @@ BY_NAME = {
     # waves
     "reflection": Wrong("a fifth of the wave comes back", 0.2),
     "height_loss": Wrong("a tenth of the height is lost", 0.1),
-    "height_loss_far": Wrong("a tenth of the height is lost", 0.1),
+    "wave_loss": Wrong("a tenth of the height is lost", 0.1),
+    "wave_loss_far": Wrong("a tenth of the height is lost", 0.1),
     # bodies and stops
     "heave_period": PERIOD,
     "tilt_growth": Wrong("the tilt grows by half", 0.5),
