@@ -173,7 +173,7 @@ def figure(rows: list[dict]):
 
 def _decades(low: float, high: float) -> tuple[float, float]:
     """The whole decades around a range."""
-    return 10 ** math.floor(math.log10(low * 0.999)), 10 ** math.ceil(math.log10(high * 1.001))
+    return 10 ** math.floor(math.log10(0.95 * low)), 10 ** math.ceil(math.log10(1.05 * high))
 
 
 def main() -> None:
