@@ -224,7 +224,7 @@ class Table:
         shape = waves.profiles(z)
         found = np.concatenate([np.broadcast_to(mode(waves, k, *shape), shape[0].shape) for mode in modes]).T
         pairs = np.stack([found.real, -found.imag], axis=1)  # for the real part of a product
-        self._modes = pairs.reshape(-1, found.shape[1])
+        self._modes = pairs.reshape(2 * len(found), found.shape[1])
 
     def at(self, t: float, rate: int) -> np.ndarray:
         """The modes (modes, m, l), derived `rate` times by time."""
