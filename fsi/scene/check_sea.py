@@ -164,7 +164,10 @@ def sea_warnings(scene: Scene) -> list[str]:
     if scene.sea is None:
         return []
     return [
-        *(f"sea.{line}" if line.startswith("waves") else line for line in drifting_waves(scene).warnings(_water(scene))),
+        *(
+            f"sea.{line}" if line.startswith("waves") else line
+            for line in drifting_waves(scene).warnings(_water(scene))
+        ),
         *_own(scene),
     ]
 

@@ -223,7 +223,8 @@ class Table:
         self._wave = np.exp(1j * (places @ k.T))
         shape = waves.profiles(z)
         found = np.concatenate([np.broadcast_to(mode(waves, k, *shape), shape[0].shape) for mode in modes]).T
-        self._modes = np.stack([found.real, -found.imag], axis=1).reshape(-1, found.shape[1])  # of the real part of a product
+        pairs = np.stack([found.real, -found.imag], axis=1)  # for the real part of a product
+        self._modes = pairs.reshape(2 * len(found), found.shape[1])
 
     def at(self, t: float, rate: int) -> np.ndarray:
         """The modes (modes, m, l), derived `rate` times by time."""

@@ -42,7 +42,10 @@ ROUND = "dimension = 3\nspacing = 0.1\nduration = 2\n[tank]\nmin = [-2,-1.5,-0.5
         ({"fluid.still_water_level": "0.5"}, "tank.walls: a sea needs a free surface"),
         ({"tank.walls": '["x-", "z-"]'}, "tank.walls: a sea needs the wall x+"),
         ({"tank.walls": '["x-", "x+"]'}, "tank.walls: a sea needs a floor"),
-        ({"tank.periodic": '["x"]', "tank.max": "[5.5, 0.5]"}, "tank.periodic: waves of 2.355 m do not repeat themselves"),
+        (
+            {"tank.periodic": '["x"]', "tank.max": "[5.5, 0.5]"},
+            "tank.periodic: waves of 2.355 m do not repeat themselves",
+        ),
         ({"tank.periodic": '["x"]', "sea.waves": IRREGULAR}, "sea.waves.kind: irregular waves do not repeat"),
         ({"sea.current": "0.3"}, "sea.current: 0.3 m/s along x would go through the walls x- and x+"),
         ({"sea.current": "[0.3, 0.1]"}, "sea.current: (0.3, 0.1) in 2 dimensions"),

@@ -65,7 +65,8 @@ def test_waves_run_freely_at_the_frequency_of_doppler_and_keep_their_height(curr
     omega = -np.polyfit(time, np.unwrap(np.angle(mode)), 1)[0]
     assert omega == pytest.approx(2 * math.pi / PERIOD, rel=0.01)
     late = np.abs(mode)[np.array(time) > 2 * PERIOD].mean()
-    assert late == pytest.approx(incident_waves(scene).elevation_amplitude[0], rel=0.1)  # a tenth of HEIGHT is an eighth of DR
+    exact = incident_waves(scene).elevation_amplitude[0]
+    assert late == pytest.approx(exact, rel=0.1)  # an eighth of a spacing
 
 
 def test_a_body_that_comes_to_the_end_of_the_periodic_axis_ends_the_run(tmp_path):
