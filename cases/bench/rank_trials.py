@@ -49,6 +49,7 @@ period = 1.2
 [gauges.middle]
 x = 0.0
 """
+CURRENT = OPEN_SEA.replace("2.0", "2.575").replace("[sea.waves]", 'periodic = ["x"]\n[sea]\ncurrent = 0.3\n[sea.waves]')
 EDDIES = """
 spacing = 0.04
 duration = 1.0
@@ -126,7 +127,10 @@ TABLE = {
     "flap_3d": Shared("owsc", 4.0, ("spacing=0.07",)),
     "floating_box_2d": Shared("floating_box_2d", 7.5, ("spacing=0.05",), ("2x1", "3x1", "2x2", "4x2")),
     "floating_box": Shared(
-        "floating_box", 14.0, ("spacing=0.075", "duration=14.0", "numerics.courant=0.12"), ("2x1x1", "1x3x1", "2x1x2", "2x2x2")
+        "floating_box",
+        14.0,
+        ("spacing=0.075", "duration=14.0", "numerics.courant=0.12"),
+        ("2x1x1", "1x3x1", "2x1x2", "2x2x2"),
     ),
     "contact_slide": Shared("slide_submarine_contact", 1.1, ("spacing=0.04", "numerics.courant=0.12")),
     "contact_slide_3d": Shared("slide_basin", 5.0, ("spacing=0.06", "duration=5.0")),
@@ -151,6 +155,7 @@ KINDS = {
     "prescribed": Shared("forced_spar", 0.3, ("spacing=0.1",)),
     "irregular_waves": Shared(SEA.replace("spacing = 0.04", "spacing = 0.06"), 1.0),
     "open_sea": Shared(OPEN_SEA, 1.0),
+    "sea_on_current": Shared(CURRENT, 1.0),
     "compact_cells": Shared(EMPTY_SPACE, 0.2),
     "moorings_and_control": Shared(MOORED, 0.5),
 }
