@@ -131,7 +131,7 @@ def table(rows: list[dict]) -> Iterator[str]:
 
 def _cell(trial: Trial, row: dict | None) -> str:
     if row is None:
-        return ""
+        return "not run"
     if row["why"]:
         return f"not run, {row['processor_s'] / 60:.0f} min" if row["why"] == "given up" else "failed"
     error = trial.error(row)
