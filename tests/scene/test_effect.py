@@ -152,6 +152,7 @@ ALWAYS = {  # pattern -> why a value always has an effect, or which check refuse
     "waves.crest waves.place": "the piston's path",
     "sea.heading sea.zone sea.rate sea.start": "walls and zones",
     "sea.spreading sea.order": "of a sum of waves; refused for one wave",
+    "sea.current": "refused along an axis that is not periodic",
     "sea.waves.*": "those of `waves`, for the incident waves; kinds that a piston alone makes are refused, and `absorb`",
     "waves.gamma": "refused where the spectrum has none",
     "waves.groups.*.wave_height waves.groups.*.period waves.groups.*.waves": "the piston's path",
