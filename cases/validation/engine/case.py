@@ -54,7 +54,8 @@ class Case:
     beside rows that do. `fails_when`: measure -> a result that an engineer would call wrong, and that its target has to catch,
     where `engine.wrong` has none for a measure of that name.
 
-    `run(case, level, solver)`, for a case that is no single run, gives its row and why it failed ("" where it did not);
+    `run(case, level, solver, threads, figures)`, for a case that is no single run, gives its row and why it failed ("" where it
+    did not), as `cases.validation.engine.runner.run_case` does;
     `plot(case, rows)` draws a figure of its own in place of error over run time.
     """
 
@@ -66,7 +67,7 @@ class Case:
     measure: Callable[..., Measure] | None
     target: Mapping[str, float]
     reasons: str = ""
-    run: Callable[[Case, str, str], tuple[Row, str]] | None = None
+    run: Callable[[Case, str, str, int | None, Path | None], tuple[Row, str]] | None = None
     plot: Callable[[Case, Sequence[Row]], object] | None = None
     fails_when: Mapping[str, Wrong] = field(default_factory=dict)
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
@@ -32,13 +33,14 @@ class Chart:
 
 @dataclass(frozen=True)
 class Shot:
-    """Particles at one time: position (n, 2) [m] and velocity (n, 2) [m/s] in (x, z), values (n,), solid (b, 2) what is not
-    fluid."""
+    """Particles at one time: position (n, 2) [m] and velocity (n, 2) [m/s] in (x, z), values (n,), whether they are of another
+    liquid than the first (n,), solid (b, 2) what is not fluid."""
 
     time: float
     position: np.ndarray
     velocity: np.ndarray
     values: np.ndarray
+    other: np.ndarray
     solid: np.ndarray
 
 
@@ -77,7 +79,8 @@ class Pictured(Measure):
         }[self.colour]()
         keep, kept = self._seen(sim, fluid.position), self._seen(sim, solid)
         position, velocity = (array[keep][:, [0, -1]] for array in (fluid.position, fluid.velocity))
-        return Shot(sim.time, position, velocity, np.asarray(values, float)[keep], solid[kept][:, [0, -1]])
+        other = np.zeros(fluid.count, bool) if fluid.liquid is None else fluid.liquid[fluid.label] > 0
+        return Shot(sim.time, position, velocity, np.asarray(values, float)[keep], other[keep], solid[kept][:, [0, -1]])
 
     def _seen(self, sim: Simulation, points: np.ndarray) -> np.ndarray:
         near = np.ones(len(points), bool)
@@ -88,26 +91,29 @@ class Pictured(Measure):
         return near
 
 
-def write_page(case: Case, row: Row, measure: Measure, folder: Path) -> Path:
-    """The page of one run, NAME_LEVEL.html, with its figures beside it as PNG."""
+def write_page(case: Case, row: Row, measures: Mapping[str, Measure], folder: Path) -> Path:
+    """The page of a row, NAME_LEVEL.html, with figures beside it as PNG: those of each run by its name, "" for the only one."""
     page = Page(case.name, case.title)
     about = page.section("Run")
     about.text(case.reference)
     about.table(headings(case), [cells(row)])
     if case.reasons:
         about.text(case.reasons)
-    if getattr(measure, "shots", ()):
-        page.section("Particles").figure(_snapshots(measure), caption(measure), name=f"{case.name}_particles")
-    if charts := getattr(measure, "charts", list)():
-        curves = page.section("Curves")
-        for chart in charts:
-            curves.figure(_drawn(chart), chart.title, name=f"{case.name}_{chart.name}")
+    for run, measure in measures.items():
+        of, name = (f" ({run})", f"{case.name}_{run}") if run else ("", case.name)
+        if getattr(measure, "shots", ()):
+            page.section(f"Particles{of}").figure(_snapshots(measure), caption(measure), name=f"{name}_particles")
+        if charts := getattr(measure, "charts", list)():
+            curves = page.section(f"Curves{of}")
+            for chart in charts:
+                curves.figure(_drawn(chart), chart.title, name=f"{name}_{chart.name}")
     folder.mkdir(parents=True, exist_ok=True)
     return page.write(folder / f"{case.name}_{row.level}.html", images=folder)
 
 
 def caption(measure: Pictured) -> str:
-    return f"Particles coloured by {UNITS[measure.colour]}; solids grey"
+    dotted = "; other liquids than the first dotted" if any(shot.other.any() for shot in measure.shots) else ""
+    return f"Particles coloured by {UNITS[measure.colour]}; solids grey{dotted}"
 
 
 def _snapshots(measure: Pictured):
@@ -128,6 +134,7 @@ def _snapshots(measure: Pictured):
             *shot.position.T, s=size**2 * 0.8, c=shot.values, vmin=least, vmax=most, cmap="turbo", linewidths=0,
             rasterized=True,
         )  # fmt: skip
+        panel.scatter(*shot.position[shot.other].T, s=size**2 * 0.06, c="black", linewidths=0, rasterized=True)
         if measure.arrows:
             _draw_arrows(panel, shot, measure.arrows)
         panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x [m]", ylabel="z [m]")

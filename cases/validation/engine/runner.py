@@ -57,7 +57,7 @@ def run_case(
     """The row of one run, and why it failed ("" where it did not); its page is written into the folder `figures`.
     Raises SceneError where the scene is wrong."""
     if case.run:
-        return case.run(case, level, solver)
+        return case.run(case, level, solver, threads, figures)
     with tempfile.TemporaryDirectory() as folder:
         scene = scene_of(case, level, solver, Path(folder))
         bodies, coupler, ground = bind(scene, case.name)
@@ -92,5 +92,5 @@ def run_case(
     if figures and not reason:
         from cases.validation.engine.pictures import write_page
 
-        write_page(case, row, measure, figures)
+        write_page(case, row, {"": measure}, figures)
     return row, reason

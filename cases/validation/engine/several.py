@@ -18,10 +18,10 @@ Variants = Callable[[float, Path], Mapping[str, dict]]  # spacing [m], folder ->
 Judge = Callable[[Mapping[str, Any]], dict[str, float]]  # measures by name of the variant -> errors
 
 
-def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[[Case, str, str], tuple[Row, str]]:
-    """The `run` of such a `Case`; the row adds all runs up."""
+def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[..., tuple[Row, str]]:
+    """The `run` of such a `Case`; the row adds all runs up, and its page shows what each of them draws."""
 
-    def run(case: Case, level: str, solver: str) -> tuple[Row, str]:
+    def run(case: Case, level: str, solver: str, threads: int | None = None, figures: Path | None = None) -> tuple[Row, str]:
         seen: dict[str, Measure] = {}
         sims, watches, reason = [], [], ""
         with tempfile.TemporaryDirectory() as folder:
@@ -31,7 +31,7 @@ def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[[
                     one = Case(case.name, "", "", spacing, lambda spacing, folder, data=data: data, None, {})
                     scene = scene_of(one, level, solver, Path(folder))
                     bodies, coupler, ground = bind(scene, f"{case.name}, {name}")
-                    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground)
+                    sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
                     sims.append(sim)
                     seen[name] = measure(sim)
                     watches.append(Stopwatch(seen[name]))
@@ -51,6 +51,10 @@ def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[[
             memory_bytes=max(sim.memory_bytes for sim in sims), error=error, target=dict(case.target),
             passed=all(met(error[name], target) for name, target in case.target.items()),
         )  # fmt: skip
+        if figures and not reason:
+            from cases.validation.engine.pictures import write_page
+
+            write_page(case, row, seen, figures)
         return row, reason
 
     return run

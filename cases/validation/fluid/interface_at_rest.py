@@ -11,7 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from cases.validation.engine.case import Case, Wrong
+from cases.validation.engine.pictures import Chart, Pictured
 from cases.validation.engine.several import runs
 from cases.validation.fluid.slope_at_rest import Creep, _scene
 from fsi.simulation.loop import Simulation
@@ -21,18 +24,26 @@ DURATION = {0.025: 4.0, 0.02: 8.0, 0.0125: 60.0}  # at a spacing [s]
 FLAT = [[0.0, -0.5], [1.0, -0.5], [1.0, -0.375], [0.0, -0.375]]
 
 
-class Rest(Creep):
+class Rest(Creep, Pictured):
     """Creep, and energy that comes from nowhere."""
+
+    moments = (0.0, 4.0)
 
     def begin(self, sim: Simulation) -> None:
         super().begin(sim)
-        self.least, self.rise = sim.balance.kinetic + sim.balance.potential, 0.0
+        self.start = self.least = sim.balance.kinetic + sim.balance.potential
+        self.rise, self.energy = 0.0, []
 
     def sample(self, sim: Simulation) -> None:
         super().sample(sim)
         energy = sim.balance.kinetic + sim.balance.potential
         self.rise = max(self.rise, (energy - self.least) / sim.balance.energy_scale)
         self.least = min(self.least, energy)
+        self.energy.append((sim.time, 100 * (energy - self.start) / sim.balance.energy_scale))
+
+    def charts(self) -> list[Chart]:
+        lines = (("run", *np.transpose(self.energy)),)
+        return [Chart("energy", "Energy since the start", "time [s]", "% of that at hand", lines)]
 
 
 def variants(spacing: float, folder: Path) -> dict[str, dict]:

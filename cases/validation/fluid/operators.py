@@ -86,7 +86,7 @@ def kernel_errors(count: int, dim: int, ratio: float) -> dict[str, float]:
     }
 
 
-def run_kernel(case: Case, level: str, solver: str) -> tuple[Row, str]:
+def run_kernel(case: Case, level: str, solver: str, *_) -> tuple[Row, str]:
     """The row of the sums at one level; there are no steps."""
     dim = 2 if case.name.endswith("2d") else 3
     ratio = Numerics(**{k: v for k, v in SOLVERS[solver].items() if k == "smoothing_ratio"}).smoothing_ratio

@@ -98,7 +98,7 @@ def largest_stable(scene: Scene) -> tuple[float, list[Trial]]:
     return math.exp(low), trials
 
 
-def run(case: Case, level: str, solver: str) -> tuple[Row, str]:
+def run(case: Case, level: str, solver: str, *_) -> tuple[Row, str]:
     """The row of one solver over all depths and viscosities; its time step is the largest stable one of water of DEPTH."""
     spacing, error, trials, step = case.spacing[level], {}, [], 0.0
     for name, (factor, viscous) in FLOWS.items():
