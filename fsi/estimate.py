@@ -15,7 +15,8 @@ from fsi.fluid.chebyshev import sweeps_to
 from fsi.fluid.gauges import dry_gauges
 from fsi.fluid.rheology import by_pairs, decay_rate, varies, viscous_sweeps
 from fsi.fluid.timestep import TimeStep
-from fsi.particles.layout import build
+from fsi.particles.layout import Layout, build
+from fsi.particles.state import BoundaryState
 from fsi.protocols import BodySet, Solid
 from fsi.record.log_size import check_disk, log_size
 from fsi.scene.geometry import fluid_depth
@@ -33,6 +34,7 @@ DENSITIES = 1.15  # time of sweeps between liquids of unequal density
 DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps over single
 BODIES = 1.1  # time of a step with bodies over one without
 SERIAL = 5e-4  # of a step, on one thread [s]; twice that with bodies
+SEA, PRODUCT = 1.5e-3, 1.5e-10  # of a step with an open sea, on one thread, and of a multiplication for its waves [s]
 
 LAYOUT_BYTES = 100  # of each particle of the whole scene, which every rank of a run builds
 
@@ -63,8 +65,17 @@ def estimate(scene: Scene, bodies: BodySet | None = None, ground: Solid | None =
         "steps": steps,
         "notes": (*layout.notes, *dry_gauges(scene, layout.position, layout.boundary)),
         **log_size(scene, bodies, fluid, steps),
-        "seconds": steps * (work / available_threads() + SERIAL * (2 if bodies else 1)),
+        "seconds": steps * (work / available_threads() + SERIAL * (2 if bodies else 1) + _sea(scene, layout)),
     }
+
+
+def _sea(scene: Scene, layout: Layout) -> float:
+    """Seconds of a step for the walls and zones of a scene's sea."""
+    if not scene.sea:
+        return 0.0
+    from fsi.fluid.sea import Sea
+
+    return SEA + PRODUCT * Sea(scene, BoundaryState(layout), 1.0).products
 
 
 def shared(scene: Scene, arrangement: str, bodies: BodySet | None = None, ground: Solid | None = None) -> dict:

@@ -96,6 +96,11 @@ class Sea:
         self._velocities = np.ascontiguousarray(found).reshape(len(found), *self._nodes)
         self._flow = self.waves.flow(time, len(self.impulse))
 
+    @property
+    def products(self) -> int:
+        """Multiplications of a step, for the waves at the walls and in the zones."""
+        return self._table.products + self._paddle.products
+
     def draw(self, particles: ParticleState, dt: float, team: Team, reductions: Reductions) -> None:
         """Draw the fluid in the zones to the waves over a step of dt [s]."""
         bounds = chunk_bounds(particles.count)

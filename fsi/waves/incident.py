@@ -226,6 +226,11 @@ class Table:
         pairs = np.stack([found.real, -found.imag], axis=1)  # for the real part of a product
         self._modes = pairs.reshape(2 * len(found), found.shape[1])
 
+    @property
+    def products(self) -> int:
+        """Multiplications that the table takes at an instant."""
+        return len(self._wave) * self._modes.size
+
     def at(self, t: float, rate: int) -> np.ndarray:
         """The modes (modes, m, l), derived `rate` times by time."""
         found = (self._wave * self.waves.phasor(t, rate)).view(float) @ self._modes
@@ -243,6 +248,11 @@ class Paddle:
         self._axes = axes = range(len(frame))
         bends = [XI_ALONG(d, e) for d in axes for e in axes]
         self._table = Table(waves, frame, places, z, [*map(XI, axes), ZETA, *map(XI_UP, axes), *bends])
+
+    @property
+    def products(self) -> int:
+        """Multiplications that the walls take at an instant."""
+        return 3 * self._table.products
 
     def at(self, t: float) -> tuple[np.ndarray, ...]:
         """Displacement [m], velocity [m/s] and acceleration [m/s2] along the frame (axes, m, l), then the water's upward

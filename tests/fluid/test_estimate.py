@@ -39,3 +39,14 @@ def test_estimates_are_of_the_right_size(costs, term):
     assert said["memory_bytes"] == pytest.approx(memory, rel=0.3)
     work = lambda cost: (cost["seconds"] / cost["steps"] - 5e-4) * available_threads() + 5e-4  # noqa: E731
     assert term == "plain" or work(said) > 1.05 * work(costs["plain"][0])
+
+
+def test_a_sea_of_many_waves_is_said_to_take_longer_than_one_of_one_wave():
+    def seconds(**waves):
+        tank = {"min": [-2.0, -0.5], "max": [2.0, 0.3]}
+        sea = {"order": 2, "waves": waves}
+        return estimate(Scene.model_validate({"spacing": 0.05, "duration": 60.0, "tank": tank, "sea": sea}))["seconds"]
+
+    one = seconds(wave_height=0.08, period=1.2)
+    many = seconds(kind="irregular", Hm0=0.08, peak_period=1.2, components=60)
+    assert many > 1.3 * one
