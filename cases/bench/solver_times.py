@@ -22,7 +22,7 @@ from pathlib import Path
 
 from cases.validation.engine.case import Case
 from cases.validation.engine.registry import load
-from cases.validation.engine.runner import scene_of
+from cases.validation.engine.runner import Stopwatch, scene_of
 from cases.validation.engine.solvers import DEFAULT
 from fsi.errors import RunError
 from fsi.scene.binding import bind
@@ -66,20 +66,18 @@ class Late(Exception):
     """A run that will take so many seconds."""
 
 
-class Clock:
-    """Hands each step on to a measure, and sums the processor time of the steps after the first; raises `Late`."""
+class Limited(Stopwatch):
+    """Times the steps by processor time; raises `Late` where all of them will take longer than `limit` [s]."""
 
     def __init__(self, measure, limit: float):
-        self.measure, self.limit, self.spent, self.began = measure, limit, 0.0, None
+        super().__init__(measure, time.process_time)
+        self.limit = limit
 
     def __call__(self, sim: Simulation) -> None:
-        if self.began is not None:
-            self.spent += time.process_time() - self.began
-            whole = self.spent * sim.scene.duration / sim.time
-            if self.spent > TRIED and whole > self.limit:
-                raise Late(whole)
-        self.measure(sim)
-        self.began = time.process_time()
+        super().__call__(sim)
+        whole = self.seconds * sim.scene.duration / sim.time
+        if self.seconds > TRIED and whole > self.limit:
+            raise Late(whole)
 
 
 def run(case: Case, spacing: float, solver: str, limit: float = LIMIT) -> dict:
@@ -90,15 +88,15 @@ def run(case: Case, spacing: float, solver: str, limit: float = LIMIT) -> dict:
         sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=1)
     particles = sim.fluid.count
     measure = case.measure(sim)
-    clock, error, why = Clock(measure, limit), {}, ""
+    watch, error, why = Limited(measure, limit), {}, ""
     try:
-        sim.run(on_step=clock)
+        sim.run(on_step=watch)
         error = {name: float(x) if math.isfinite(x) else None for name, x in measure.errors().items()}
-        seconds = clock.spent
+        seconds = watch.seconds
     except Late as late:
         seconds, why = late.args[0], "given up"
     except RunError as fault:
-        seconds, why = clock.spent, str(fault)
+        seconds, why = watch.seconds, str(fault)
     finally:
         sim.close()
     return {

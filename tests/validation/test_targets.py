@@ -129,15 +129,10 @@ def slide(factor=1.0, late=0.0, lost=0):
     loss = 0.0 if factor == 1 else 0.2
     levels = 0.13 * np.linspace(1, 1 - loss, 7) * np.exp(-((t[:, None] - np.linspace(1, 5, 7)) ** 2))
     x = np.arange(0.4, 12.0, 0.02)
-    waves = {place: solitary(0.13 * (1 - loss) ** n, x - 0.24 * place) for n, place in enumerate(rigid_slide.HELD)}
+    waves = {place: rigid_slide.solitary(0.13 * (1 - loss) ** n, x - 0.24 * place) for n, place in enumerate(rigid_slide.HELD)}
     return made(rigid_slide.Crests, time=t, way=way + late * t, start=0.55, deep=2, leaks=lost, spacing=0.02, along=x,
                 name="slide_channel", places=np.append(rigid_slide.PLACES, rigid_slide.FAR), level=levels,
                 profiles=waves)  # fmt: skip
-
-
-def solitary(height, x):
-    """Elevation [m] of a solitary wave over the depth of the slide's channel."""
-    return height / np.cosh(math.sqrt(0.75 * height / rigid_slide.DEPTH**3) * x) ** 2
 
 
 def generator(factor=1.0, late=0.0, lost=0):

@@ -94,6 +94,11 @@ def soliton(x: np.ndarray, level: np.ndarray) -> float:
     return max(0.0, 4 * DEPTH**3 * float(found[0]) / 3)
 
 
+def solitary(height: float, x: np.ndarray) -> np.ndarray:
+    """Elevation (n,) [m] of that solitary wave at distances x (n,) [m] from its crest."""
+    return height / np.cosh(math.sqrt(0.75 * height / DEPTH**3) * x) ** 2
+
+
 def water_level(position: np.ndarray, x: float, spacing: float) -> float:
     """Level [m] over still water as a wire reads it, by the length of it that is wet: spray above the surface and air under it
     count as what they hold. Water within two spacings of `x` on the axis of positions (n, dim) counts, the less the farther."""
@@ -145,6 +150,7 @@ class Crests(Pictured):
         self.time, self.way, self.level = [], [], []
         self.leaks, self.deep, self.spacing = 0, sim.fluid.dim, sim.scene.spacing
         self.places = np.append(PLACES, FAR) if self.deep == 2 else PLACES
+        self.highest = np.full(len(self.places), -math.inf)  # level so far
         self.name = sim.scene.name
         self.start = START[self.name.removesuffix("_prescribed")]
         self.along = np.arange(0.4, min(12.0, sim.scene.tank.max[0] - 0.2), 0.02)
@@ -155,9 +161,10 @@ class Crests(Pictured):
         self.way.append(float(sim.bodies.joints()["joint_position"][0]))
         self.level.append([water_level(sim.fluid.position, x, self.spacing) for x in DEPTH * self.places])
         self.leaks = sim.fluid.lost
-        for n, place in enumerate(self.places if self.deep == 2 else ()):
-            highest, last = max(level[n] for level in self.level), self.level[-1][n]
-            if place in HELD and place not in self.profiles and last < 0.95 * highest and highest > 0.4 * DEPTH:
+        self.highest = np.fmax(self.highest, self.level[-1])
+        for place, highest, last in zip(self.places, self.highest, self.level[-1], strict=True):
+            passed = last < 0.95 * highest and highest > 0.4 * DEPTH
+            if passed and self.deep == 2 and place in HELD and place not in self.profiles:
                 self.profiles[place] = np.array([self._elevation(sim, x) for x in self.along])
 
     def _elevation(self, sim: Simulation, x: float) -> float:
@@ -202,7 +209,7 @@ class Crests(Pictured):
         ]
         for place, profile in self.profiles.items():
             height, x = self.wave(place), self.along
-            shape = height / np.cosh(math.sqrt(0.75 * height / DEPTH**3) * (x - x[np.nanargmax(profile)])) ** 2
+            shape = solitary(height, x - x[np.nanargmax(profile)])
             lines = ("run", x, profile), (f"solitary wave in it, {height:.3f} m", x, shape)
             title = f"Surface as the crest has passed x/h = {place:g}"
             charts.append(Chart(f"profile_{place:g}", title, "x [m]", "elevation [m]", lines))

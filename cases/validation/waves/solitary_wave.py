@@ -38,6 +38,12 @@ def crest(t: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     return float(t[top] - b / (2 * a)), float(c - b * b / (4 * a))
 
 
+def passing(t: np.ndarray, passed: float, height: float, depth: float) -> np.ndarray:
+    """Elevation (n,) [m] at times (n,) [s] of a solitary wave (Rayleigh 1876) whose crest passes at `passed` [s]."""
+    speed, kappa = math.sqrt(G * (depth + height)), math.sqrt(0.75 * height / (depth**2 * (depth + height)))
+    return height / np.cosh(np.clip(kappa * speed * (t - passed), -50, 50)) ** 2
+
+
 class Crests(Pictured):
     """Height and time of the crest at the gauges."""
 
@@ -53,12 +59,11 @@ class Crests(Pictured):
 
     def charts(self) -> list[Chart]:
         t, y = np.array(self.time), np.array(self.elevation) / DEPTH
-        start, _ = crest(t, y[:, 0])
-        kappa, lines = math.sqrt(0.75 * HEIGHT / (1 + HEIGHT)) / DEPTH, []
+        (start, _), lines = crest(t, y[:, 0]), []
         for x, column in zip(GAUGES, y.T, strict=True):
             lines.append((f"run, {x / DEPTH:g} depths", t, column))
             passed = start + (x - GAUGES[0]) / SPEED
-            lines.append((f"Rayleigh, {x / DEPTH:g} depths", t, HEIGHT / np.cosh(kappa * SPEED * (t - passed)) ** 2))
+            lines.append((f"Rayleigh, {x / DEPTH:g} depths", t, passing(t, passed, HEIGHT * DEPTH, DEPTH) / DEPTH))
         return [Chart("gauges", "Elevation at the gauges", "time [s]", "elevation over depth", tuple(lines))]
 
     def errors(self) -> dict[str, float]:
@@ -85,11 +90,9 @@ def scene(spacing: float, folder) -> dict:
 def write_series(file: Path, height: float, depth: float, passed: float, last: float, rate: float = 50.0) -> None:
     """Write time [s] from 0 to `last`, elevation [m] and flux [m2/s], `rate` rows a second, of a solitary wave (Rayleigh 1876)
     whose crest passes at `passed` [s]; its flux is c eta, as that of every wave of permanent form into still water."""
-    speed = math.sqrt(G * (depth + height))
-    kappa = math.sqrt(0.75 * height / (depth**2 * (depth + height)))
     t = np.linspace(0.0, last, round(last * rate) + 1)
-    eta = height / np.cosh(np.clip(kappa * speed * (t - passed), -50, 50)) ** 2
-    rows = np.column_stack([t, eta, speed * eta])
+    eta = passing(t, passed, height, depth)
+    rows = np.column_stack([t, eta, math.sqrt(G * (depth + height)) * eta])
     np.savetxt(file, rows, fmt="%.6g", delimiter=",", header="time [s],elevation [m],flux [m2/s]", comments="")
 
 
@@ -101,24 +104,33 @@ def series_scene(spacing: float, folder: Path) -> dict:
     return scene(spacing, folder) | {"waves": waves}
 
 
-NAMES = ("solitary_wave", "solitary_series")
-CASES = {
-    "solitary_wave": Case(
-        "solitary_wave",
-        "A solitary wave 0.3 of the depth high over 20 depths",
-        "Exact: it keeps its height and the speed sqrt(g (d + H)).",
+def _case(name: str, title: str, reference: str, scene) -> Case:
+    return Case(
+        name,
+        title,
+        reference,
         {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80},
         scene,
         Crests,
         {"height": 0.03, "height_loss": 0.03, "speed": 0.01},
-    ),
-    "solitary_series": Case(
-        "solitary_series",
-        "A solitary wave 0.3 of the depth high, from a series of elevation and flux at a line",
-        "Exact: it keeps the series' height and the speed sqrt(g (d + H)).",
-        {"coarse": DEPTH / 20, "medium": DEPTH / 40, "paper": DEPTH / 80},
-        series_scene,
-        Crests,
-        {"height": 0.03, "height_loss": 0.03, "speed": 0.01},
-    ),
+    )
+
+
+NAMES = ("solitary_wave", "solitary_series")
+CASES = {
+    case.name: case
+    for case in (
+        _case(
+            "solitary_wave",
+            "A solitary wave 0.3 of the depth high over 20 depths",
+            "Exact: it keeps its height and the speed sqrt(g (d + H)).",
+            scene,
+        ),
+        _case(
+            "solitary_series",
+            "A solitary wave 0.3 of the depth high, from a series of elevation and flux at a line",
+            "Exact: it keeps the series' height and the speed sqrt(g (d + H)).",
+            series_scene,
+        ),
+    )
 }
