@@ -1,4 +1,4 @@
-"""Files of heights: rasters (ESRI ASC, GeoTIFF, XYZ on a lattice) and scattered XYZ points."""
+"""Files of heights: rasters (ESRI ASC, GeoTIFF, XYZ on a lattice), scattered XYZ points, and profiles along a line."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from fsi.trust import check_bytes
 
 MOST = 50e6  # cells that are read
 MOST_BYTES = 500e6  # of heights as text
+STRAIGHT = 1e-6  # width of a line over its length
 HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 Window = tuple[np.ndarray, np.ndarray]  # lowest and highest corner of a rectangle, each (2,) [m]
 
@@ -91,6 +92,19 @@ class Scattered:
         return self._interpolate(points - self.low)
 
 
+class Transect:
+    """Heights along the straight line that points (n, 3) lie on, linear between them and the same across it."""
+
+    def __init__(self, points: np.ndarray, along: np.ndarray):
+        self.low, self.high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+        self._along, self._first = along, points[0, :2]
+        self._place, which = np.unique((points[:, :2] - self._first) @ along, return_inverse=True)
+        self._z = np.bincount(which, points[:, 2]) / np.bincount(which)  # a place that is given twice has their mean
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        return np.interp((points - self._first) @ self._along, self._place, self._z, left=np.nan, right=np.nan)
+
+
 def read(path: Path, window: Window, size: float) -> Heights:
     """The heights of a grid file around the `window`, averaged to cells of at most `size` [m]. Raises SceneError for a file
     that is missing or malformed."""
@@ -149,10 +163,18 @@ def _xyz(path: Path) -> Heights:
     steps = [np.diff(axis) for axis in (x, y)]
     even = all(len(step) and np.allclose(step, step.mean(), rtol=0.01) for step in steps)
     if not even or len(x) * len(y) > 4 * len(points):
-        return Scattered(points)
+        return _transect(points, path) or Scattered(points)
     z = np.full((len(x), len(y)), np.nan)
     z[np.searchsorted(x, points[:, 0]), np.searchsorted(y, points[:, 1])] = points[:, 2]
     return Raster(np.array([x[0], y[0]]), np.array([step.mean() for step in steps]), z)
+
+
+def _transect(points: np.ndarray, path: Path) -> Transect | None:
+    """The points (n, 3) as a profile, None where they do not lie on one line."""
+    spread, axes = np.linalg.svd(points[:, :2] - points[:, :2].mean(axis=0), full_matrices=False)[1:]
+    if spread[0] == 0.0:
+        raise _malformed("all points lie at one place", path, "give lines of x y z [m]")
+    return Transect(points, axes[0]) if spread[1] < STRAIGHT * spread[0] else None
 
 
 def _tiff(path: Path, window: Window) -> Raster:

@@ -20,6 +20,7 @@ from fsi.particles.filling import (
     on_the_lattice,
     particle_volume,
     uneven,
+    volume_outside,
 )
 from fsi.particles.fixed import Surface, joined, unburied
 from fsi.particles.ghosts import Periodic
@@ -28,6 +29,7 @@ from fsi.particles.instruments import check_instruments
 from fsi.particles.tank import Sides, axis, wall_particles
 from fsi.protocols import BodySet, Solid
 from fsi.scene import region
+from fsi.scene.check_size import size_faults
 from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, start
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
@@ -63,11 +65,15 @@ class Layout:
 
 
 def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = None) -> Layout:
-    """Raises SceneError where no fluid is left, and where an instrument is inside a solid."""
+    """Raises SceneError where no fluid is left, where what a bathymetry leaves of it does not fit into memory, and where an
+    instrument is inside a solid."""
     solids = ([(WALL, ground)] if ground else []) + (bodies.solids() if bodies else [])
     check_instruments(scene, solids)
     gaps = bodies.gaps() if bodies else []
     obstacles = [solid for _, solid in solids + gaps]
+    if ground:
+        for key, fault, fix in size_faults(scene, volume_outside(scene, [solid for _, solid in solids]), fluid_height(scene)):
+            raise SceneError(fault, key=key, fix=fix)
     if scene.sea and (scene.sea.start == "waves" or scene.sea.current is not None):
         from fsi.particles.sea import under_waves
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from fsi.errors import SceneError
 from fsi.scene.check_effect import idle_values
 from fsi.scene.check_implicit import implicit_faults
@@ -70,7 +72,10 @@ def _dimensions(scene: Scene) -> Iterator[Fault]:
 
 
 def _sizes(scene: Scene) -> Iterator[Fault]:
-    return size_faults(scene, max(0.0, fluid_volume(scene)), fluid_height(scene))
+    volume = max(0.0, fluid_volume(scene))
+    if scene.tank.bathymetry:  # what it leaves is counted once it is read (`fsi.particles.layout`): here a row over the tank
+        volume = min(volume, scene.spacing * math.prod(np.subtract(scene.tank.max, scene.tank.min)[:-1]))
+    return size_faults(scene, volume, fluid_height(scene))
 
 
 def _start(scene: Scene) -> Iterator[Fault]:

@@ -61,6 +61,25 @@ def test_every_kind_of_file_is_the_same_ground(kind, dimension, tmp_path):
     assert solid.clearance(points)[near] == pytest.approx(over[near], abs=1e-9)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_points_on_a_line_are_a_profile_the_same_across_it(dimension, tmp_path):
+    away = np.array([0.6, 0.8])  # the line and the tank's x axis
+    along = np.concatenate([np.linspace(-3.0, 9.0, 40), [2.0, 2.0]])  # a place given twice more
+    places = [EAST, NORTH] + along[:, None] * away
+    np.savetxt(tmp_path / "line.xyz", np.column_stack([places, 29.0 + 0.1 * along]), header="x y z", comments="")
+    turn = {"direction": np.degrees(np.arctan2(*away[::-1]))}
+    solid = ground(tmp_path / "line.xyz", dimension, grid=turn)
+    x = np.random.default_rng(0).uniform([0.5, 0.5, -1.3], [5.5, 2.5, 0.0], (50, 3))
+    over = (x[:, 2] + 1.0 - 0.1 * x[:, 0]) / np.sqrt(1.01)
+    assert solid.clearance(x if dimension == 3 else x[:, [0, 2]]) == pytest.approx(over, abs=1e-6)
+
+
+def test_points_at_one_place_are_refused(tmp_path):
+    np.savetxt(tmp_path / "same.xyz", [[EAST, NORTH, z] for z in (1.0, 2.0, 3.0, 4.0)])
+    with pytest.raises(SceneError, match=r"same.xyz.*all points lie at one place"):
+        ground(tmp_path / "same.xyz")
+
+
 def test_layers_under_a_grid_are_even_and_cover_it(tmp_path):
     points = ground(write(tmp_path / "bed.asc")).boundary(0.25, 4)
     under = (30.0 - points[:, 2] - 30.0 + plane(EAST + points[:, 0], NORTH + points[:, 1]) - 30.0) / np.sqrt(1.0125)

@@ -8,9 +8,11 @@ import pytest
 
 from fsi.compute.memory import free_memory
 from fsi.errors import SceneError
+from fsi.particles import filling
 from fsi.particles.cells import Grid
 from fsi.particles.layout import build
 from fsi.scene import check_size
+from fsi.scene.binding import bind
 from fsi.scene.check import scene_warnings
 from fsi.scene.file import load_scene
 from fsi.scene.geometry import fluid_volume
@@ -56,6 +58,26 @@ def test_the_memory_that_is_free_counts(scene_file, monkeypatch):
     assert refusal(scene_file()).startswith(
         "pool.toml: spacing: 0.02 m gives 7.5e+03 fluid particles, 0.003 GB of 0.001 GB that are free; use more than"
     )
+
+
+def test_a_bathymetry_is_taken_off_the_water_before_it_is_counted(tmp_path, monkeypatch):
+    """The tank is 4 m2 to the still water level; a slope from its floor to that level leaves a half."""
+    np.savetxt(tmp_path / "bed.xyz", [[x, 0.0, 0.25 * x] for x in np.linspace(-1, 5, 13)])
+    tank = "min = [0, 0]\nmax = [4, 2]\nbathymetry = 'bed.xyz'\n"
+    file = tmp_path / "s.toml"
+    file.write_text(f"spacing = 0.02\nduration = 1\n[tank]\n{tank}[fluid]\nstill_water_level = 1\n")
+    scene = load_scene(file)
+    ground = bind(scene, file.name)[2]
+    layout = build(scene, ground=ground)
+    outside = filling.volume_outside(scene, [ground])
+    assert check_size.fluid_particles(scene, outside) == pytest.approx(len(layout.position), rel=0.05)
+    each = check_size.BYTES_PER_PARTICLE
+    rest = check_size.wall_particles(scene) * each + 8.0 * 3 * check_size.FEW_CELLS
+    monkeypatch.setattr(check_size, "free_memory", lambda: 7e3 * each + rest)  # of 5000 fluid particles, not of 10000
+    build(load_scene(file), ground=ground)
+    monkeypatch.setattr(check_size, "free_memory", lambda: 4e3 * each)
+    with pytest.raises(SceneError, match=r"spacing: 0.02 m gives 4.84e\+03 fluid particles"):
+        build(load_scene(file), ground=ground)
 
 
 @pytest.mark.parametrize("name", ["tank_still", "dam_break", "owsc_2d", "floating_box"])
