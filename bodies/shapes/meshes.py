@@ -63,7 +63,10 @@ class Surface:
 
 
 def mesh(vertices: np.ndarray, triangles: np.ndarray) -> Surface:
-    """A closed mesh in three dimensions: vertices (n, 3) [m], triangles (m, 3) that all run the same way round."""
+    """A closed mesh in three dimensions: vertices (n, 3) [m], triangles (m, 3) that all run the same way round. Vertices of
+    other shells in the same file do not count."""
+    used, triangles = np.unique(triangles, return_inverse=True)
+    vertices, triangles = vertices[used], triangles.reshape(-1, 3)
     corners = vertices[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     volume = np.einsum("tk,tk->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6

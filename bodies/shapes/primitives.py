@@ -168,4 +168,10 @@ class Together:
         return np.concatenate([part.boundary(spacing, layers) for part in self.parts])
 
     def clearance(self, points: np.ndarray) -> np.ndarray:
-        return np.min([part.clearance(points) for part in self.parts], axis=0)
+        clear = self.parts[0].clearance(points)
+        for part in self.parts[1:]:  # asked only for points whose distance to its box is less than what is found
+            low, high = part.bounds()
+            beyond = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+            near = beyond <= np.maximum(clear, 0.0)
+            clear[near] = np.minimum(clear[near], part.clearance(points[near]))
+        return clear
