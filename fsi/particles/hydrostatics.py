@@ -80,7 +80,7 @@ def _neighbours(cells: Cells) -> list[np.ndarray]:
     """Number (n,) of the next cell along each axis, -1 where there is none or a solid stands between."""
     index = np.round((cells.position - cells.origin) / cells.spacing - 0.5).astype(np.int64)
     index -= index.min(0)
-    stride = np.cumprod([1, *(index.max(0) + 2)])[:-1]
+    stride = np.cumprod([1, *(index.max(0) + 2)[:0:-1]])[::-1]  # in the order of the lattice, so that searches are near
     key = index @ stride
     order = np.argsort(key, kind="stable")
     ordered, found = key[order], []
