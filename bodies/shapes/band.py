@@ -10,7 +10,7 @@ from numba import njit
 Nearest = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # points -> (signed distance, closest surface point)
 
 FLAT = 0.1  # cells that a node's plane may miss the distances around it: curved by 15 cells or more
-MOST = 2**26  # nodes of the box around the lattice
+MOST = 2**26  # nodes of the box around the lattice, from which on every point is answered by `nearest`
 
 
 class Band:
@@ -35,9 +35,10 @@ class Band:
         place = np.round((nodes - self._low) / size).astype(np.int64)
         shape = place.max(axis=0) + 1
         self._nodes = self._low + place * size
-        self._index = np.full(shape if shape.prod() <= MOST else (1, 1, 1), -1, np.int32)
+        self._index = None
         if shape.prod() > MOST:
             return
+        self._index = np.full(shape, -1, np.int32)
         self._index[tuple(place.T)] = np.arange(len(nodes))
         away = np.divide(1.0, distance, out=np.zeros_like(distance), where=np.abs(distance) > 1e-3 * size)
         self._outward = (nodes - foot) * away[:, None]
@@ -46,6 +47,8 @@ class Band:
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         points = np.ascontiguousarray(points)
+        if self._index is None:
+            return self.exact(points)
         distance, foot, rest = _planes(
             points, self._index, self._low, self._size, self._nodes, self._outward, self._distance
         )
