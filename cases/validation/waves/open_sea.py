@@ -35,9 +35,10 @@ BACK = (3.0, 5.0)  # when what is reflected comes through the middle [periods]
 class Stays(Measure):
     """Elevation between the zones, and that of the incident waves."""
 
-    interval = PERIOD / 24
-
     def begin(self, sim: Simulation) -> None:
+        asked = sim.scene.sea.waves
+        self.period, self.height, self.end = asked.period, asked.wave_height, sim.scene.duration
+        self.interval = self.period / 24
         self.time, self.found, self.exact, self.waves = [], [], [], incident_waves(sim.scene)
         self.k = float(self.waves.k[0])
         self.places = 2 * math.pi / self.k * np.linspace(-0.45, 0.45, 9)
@@ -50,20 +51,24 @@ class Stays(Measure):
 
     def errors(self) -> dict[str, float]:
         t, found, exact = (np.array(x) for x in (self.time, self.found, self.exact))
-        late = t > (PERIODS - RECORD) * PERIOD
-        early = (t > PERIOD) & (t < (1 + RECORD) * PERIOD)
-        ratio, before = (
-            first_harmonic(t[n], found[n], OMEGA) / first_harmonic(t[n], exact[n], OMEGA) for n in (late, early)
-        )
+        record, omega = RECORD * self.period, 2 * math.pi / self.period
+        late = t > self.end - record
+        early = (t > self.period) & (t < self.period + record)
+
+        def harmonic(n: np.ndarray, order: int = 1) -> np.ndarray:
+            return first_harmonic(t[n], found[n], order * omega) / first_harmonic(t[n], exact[n], order * omega)
+
+        ratio, before = harmonic(late), harmonic(early)
         height = np.abs(ratio).mean()
         slope = np.polyfit(self.places, np.angle(ratio), 1)[0]  # of k too much
-        whole = t > t[-1] - RECORD * PERIOD * (1 + 1e-9)
+        whole = t > t[-1] - record * (1 + 1e-9)
         return {
             "height": float(height - 1),
             "spread": float(np.abs(np.abs(ratio) - height).max()),
             "phase_speed": float(-slope / self.k),
-            "level": float((found[whole] - exact[whole]).mean() / HEIGHT),
+            "level": float((found[whole] - exact[whole]).mean() / self.height),
             "growth": float(height / np.abs(before).mean() - 1),
+            "second_harmonic": float(np.abs(harmonic(late, 2)).mean() - 1),
         }
 
 
