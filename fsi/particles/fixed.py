@@ -121,7 +121,8 @@ def _beside(points: np.ndarray, others: np.ndarray, reach: float) -> Iterator[tu
         return
     origin = np.minimum(points.min(0), others.min(0)) - 1.5 * reach
     cell, other_cell = (np.floor((x - origin) / reach).astype(np.int64) for x in (points, others))
-    stride = np.cumprod([1, *(np.maximum(cell.max(0), other_cell.max(0)) + 3)])[:-1]
+    size = np.maximum(cell.max(0), other_cell.max(0)) + 3
+    stride = np.cumprod([1, *size[:0:-1]])[::-1]  # in the order of a lattice, so that searches are near
     key = other_cell @ stride
     order = np.argsort(key, kind="stable")
     key = key[order]
