@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from fsi import rubbish
 from fsi.errors import SceneError
 from fsi.messages import Messages
 from fsi.plugins import function
@@ -161,6 +162,7 @@ def finish(
                 if event.level == "warning":
                     say(event.text)
 
+        rubbish.go_on()
         number = carry_out(sim, folder, recorders, until, on_step, say)
     for line in sim.warnings:
         if line not in told:

@@ -11,10 +11,10 @@ lanes, terms, columns and constants come in by its arguments. numba itself tells
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.util
 import os
+import re
 import stat
 import sys
 import tempfile
@@ -28,6 +28,8 @@ FAST = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
 EXACT = FAST | {"fastmath": False}
 HOUSE = Path(__file__).parents[1]
 ALWAYS = (HOUSE / "compute", HOUSE / "sph")
+IMPORT = re.compile(r"^(?:from\s+(\S+)\s+import\s+(\([^)]*\)|.*)|import\s+(.*))", re.MULTILINE)
+WORD = re.compile(r"[\w.]+")
 
 
 def place_cache(sources: Path) -> str:
@@ -57,7 +59,20 @@ def _can_write(folder: Path) -> bool:
     return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 
 
+def without_blas() -> None:
+    """Have numba, which asks as it loads its first kernel whether BLAS is there, by importing scipy.linalg, take that for
+    granted: no kernel of ours calls it, and it is a tenth of a start. Kernels of others that do are asked for it as before."""
+    from numba.np import linalg
+
+    asked, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        linalg.ensure_blas = asked
+
+
 NOTE = place_cache(HOUSE / "compute")
+without_blas()
 
 
 def compiled(*variant, bare: bool = False):
@@ -89,16 +104,19 @@ def helper(*variant, inline: bool = False):
 
 
 def _name(function, variant) -> None:
+    """Name a function, and have its module hold it by that name: numba tells kernels apart by what they are closed over, and
+    would take two copies of a helper for two, one from the source and one as Python has it on disk."""
     module = function.__module__
     parts = module.rpartition(".")[2], function.__name__, *variant, fingerprint(module)
     function.__qualname__ = "_".join(map(str, parts))
+    setattr(sys.modules[module], function.__qualname__, function)
 
 
 @cache
 def fingerprint(module: str) -> str:
     """Eight digits that change with any source that a kernel of this module can be made of."""
     files = {file for room in ALWAYS for file in room.glob("*.py")} | _reached(module)
-    text = b"".join(file.name.encode() + b"\0" + file.read_bytes() for file in sorted(files))
+    text = b"".join(file.name.encode() + b"\0" + _source(file) for file in sorted(files))
     return hashlib.sha256(text).hexdigest()[:8]
 
 
@@ -117,13 +135,18 @@ def _reached(module: str) -> set[Path]:
 
 
 @cache
+def _source(file: Path) -> bytes:
+    return file.read_bytes()
+
+
+@cache
 def _imports(file: Path, name: str) -> list[str]:
-    """Names of the modules that a module imports when it is itself imported; those of attributes with them."""
+    """Names of the modules that a module imports when it is itself imported; those of attributes with them, and words that
+    only look like them. To parse the source takes ten times as long."""
     names, package = [], name if file.name == "__init__.py" else name.rpartition(".")[0]
-    for node in ast.parse(file.read_bytes()).body:
-        if isinstance(node, ast.Import):
-            names += [one.name for one in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
-            names += [base, *(f"{base}.{one.name}" for one in node.names)]
+    for base, attributes, modules in IMPORT.findall(_source(file).decode()):
+        if base:
+            base = importlib.util.resolve_name(base, package)
+            names += [base, *(f"{base}.{one}" for one in WORD.findall(attributes))]
+        names += WORD.findall(modules)
     return names

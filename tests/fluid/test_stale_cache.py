@@ -1,5 +1,6 @@
 """Compiled code on disk is never used again once a source that it was made of has changed: shown on an edited copy."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import fsi
+from fsi.compute import jit
 
 PROGRAM = """
 import numpy as np
@@ -72,3 +74,29 @@ def test_a_second_process_compiles_nothing(checkout):
     first, filled = run(checkout), cache()
     assert filled
     assert (run(checkout), cache()) == (first, filled)
+
+
+def test_helpers_are_the_same_from_source_and_from_disk(tmp_path):
+    program = "from fsi.particles.neighbours import make_search as m; from numba.core.serialize import dumps; import hashlib; "
+    program += "print(hashlib.sha256(dumps([c.cell_contents for c in m(8, 2).py_func.__closure__])).hexdigest())"
+    settings = {"PYTHONPATH": str(Path(fsi.__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(tmp_path)}
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    found = [subprocess.check_output([sys.executable, "-c", program], env=kept | settings) for _ in range(2)]
+    assert found[0] == found[1]
+
+
+def test_imports_are_found_as_python_finds_them():
+    for name, module in list(sys.modules.items()):
+        if name.startswith("fsi.") and getattr(module, "__file__", None):
+            found = jit._imports(Path(module.__file__), name)
+            for node in ast.parse(Path(module.__file__).read_bytes()).body:
+                if isinstance(node, ast.ImportFrom):
+                    assert {f"{node.module}.{one.name}" for one in node.names} <= set(found)
+
+
+def test_blas_is_not_imported_and_still_there():
+    pytest.importorskip("scipy")
+    program = "import fsi.compute.jit, sys; print('scipy.linalg' in sys.modules)\n"
+    program += "import numpy as np; from numba import njit; print(njit(lambda a: np.dot(a, a))(np.ones((2, 2)))[0, 0])"
+    settings = os.environ | {"PYTHONPATH": str(Path(fsi.__file__).parents[1])}
+    assert subprocess.check_output([sys.executable, "-c", program], env=settings, text=True).split() == ["False", "2.0"]

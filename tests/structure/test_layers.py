@@ -26,6 +26,7 @@ BASE = {
     "plugins",
     "progress",
     "protocols",
+    "rubbish",
     "state",
     "strict_json",
     "tables",
