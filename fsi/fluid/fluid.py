@@ -37,7 +37,7 @@ from fsi.sph import columns, corrector, predictor, walls
 
 ROWS = columns.flow, columns.trial, columns.field
 MEMORY = (
-    "state", "spare, to sort into", "packed rows", "coefficients, before them orders and positions for the search",
+    "state", "packed rows", "coefficients, before them orders and positions for the search",
     "lists of the fluid", "cells", "responses", "boundary alone, its lists included",
 )  # fmt: skip
 
@@ -168,7 +168,7 @@ class Fluid:
         ghosts = self.halo.locate(order, self.sort)
         if self.reductions.combined(own - (n - ghosts)):
             self._lose(order[n:][order[n:] < own])
-        self.particles.reorder(order, n)
+        self.particles.reorder(order, n, self.work.trial)  # which holds nothing before it is packed
         self.solids.arrange(self.placed, scratch, chosen)
 
     def _near_boundary(self) -> np.ndarray:
@@ -520,7 +520,7 @@ class Fluid:
         """Memory [B] of what holds particles, by part (`MEMORY`)."""
         work, liquids = self.work.nbytes, (self.liquid, self._relative)
         sizes = (
-            self.particles.nbytes + sum(a.nbytes for a in liquids if a is not None), self.particles.spare_nbytes,
+            self.particles.nbytes + sum(a.nbytes for a in liquids if a is not None),
             work["rows"] + sum(part.nbytes for part in (self.rheology, self.standing) if part), work["arena"], self.near.nbytes,
             self.sort.nbytes, work["responses"], self.placed.nbytes + self.solids.nbytes,
         )  # fmt: skip

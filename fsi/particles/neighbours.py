@@ -27,6 +27,7 @@ CANDIDATES = 2048  # at most, for one run
 SPARE_ROOM = 1.03  # of a chunk's list over what it held in the last step
 SPARE_GROUPS = 1.05  # the same of its groups
 SPARE_MEMORY = 1.01  # of all of them over what is asked for: fresh memory is slow
+MOST_SPARE = 1.05  # of the lists, which are most of the memory: beyond it they are made anew
 W = 8  # lanes of the search, whatever the lanes of the sweeps
 f32 = np.float32
 NOBODY = np.empty(0, bool)
@@ -237,7 +238,7 @@ class Neighbours:
             if len(self._group) < group_offset[-1]:
                 places = int(SPARE_MEMORY * group_offset[-1])
                 self._group, self._span = np.empty(places, np.int32), np.empty((places, 3), np.int32)
-            if not list_offset[-1] <= self._list.size <= 1.2 * list_offset[-1]:
+            if not list_offset[-1] <= self._list.size <= MOST_SPARE * list_offset[-1]:
                 self._list = None  # before the new one is made
                 self._list = np.empty(int(SPARE_MEMORY * list_offset[-1]), np.int32)
             self.team.run(

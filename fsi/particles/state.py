@@ -17,8 +17,8 @@ GHOST = -1  # label of a particle that stands for one elsewhere, see `fsi.protoc
 
 class ParticleState:
     """The fluid particles. Owns position, velocity (n, dim) [m, m/s] in double precision, pressure (n,) [Pa] in that of the
-    sweeps, label (n,) int32, the number of each at t = 0 or GHOST, and the spare memory that they are put in order with. They
-    are in the order of cells, once they have been sorted."""
+    sweeps, and label (n,) int32, the number of each at t = 0 or GHOST. They are in the order of cells, once they have been
+    sorted."""
 
     NAMES = ("position", "velocity", "pressure", "label")
 
@@ -27,7 +27,6 @@ class ParticleState:
         self.position, self.velocity = layout.position.copy(), layout.velocity.astype(float)
         self.pressure = layout.pressure.astype(dtype)
         self.label = np.arange(len(layout.position), dtype=np.int32)
-        self._spare: dict[tuple, np.ndarray] = {}
 
     @property
     def count(self) -> int:
@@ -39,10 +38,32 @@ class ParticleState:
         """True (n,) of those that are no ghosts."""
         return self.label >= 0
 
-    def reorder(self, order: np.ndarray, count: int) -> None:
-        """Keep the first `count` particles in this order (n,), the number of the particle at each new place."""
+    def reorder(self, order: np.ndarray, count: int, scratch: np.ndarray | None = None) -> None:
+        """Keep the first `count` particles in this order (n,), the number of the particle at each new place. scratch: memory
+        that may be written, in which the largest array finds room; taken for the moment if not given."""
+        if scratch is None:
+            scratch = np.empty(self.count * self.position.itemsize * self.position.shape[1], np.uint8)
+        scratch = scratch.reshape(-1).view(np.uint8)
+        alike: dict[tuple, list[str]] = {}
         for name in self.NAMES:
-            setattr(self, name, self._in_order(getattr(self, name), order, count))
+            values = getattr(self, name)
+            alike.setdefault((values.itemsize, values.shape[1:]), []).append(name)
+        for names in alike.values():
+            self._rotate(names, order, count, scratch)
+
+    def _rotate(self, names: list[str], order: np.ndarray, count: int, scratch: np.ndarray) -> None:
+        """Put arrays of one kind in order: the first into `scratch`, each other one into the memory of the one before it, and
+        the first back into that of the last."""
+        kinds = [getattr(self, name).dtype for name in names]
+        bits = [(values := getattr(self, name)).view(f"u{values.itemsize}") for name in names]
+        size, shape = bits[0].itemsize, (count, *bits[0].shape[1:])
+        first = scratch[: size * int(np.prod(shape))].view(bits[0].dtype).reshape(shape)
+        for old, new in zip(bits, [first, *bits], strict=False):
+            if count:
+                self._team.run(gather, whole(count), order, old.reshape(len(old), -1), new[:count].reshape(count, -1))
+        bits[-1][:count] = first
+        for name, values, kind in zip(names, [bits[-1], *bits], kinds, strict=False):
+            setattr(self, name, values[:count].view(kind))
 
     def append(self, position: np.ndarray, velocity: np.ndarray, pressure: np.ndarray, label: np.ndarray) -> None:
         """Append particles, behind all others."""
@@ -66,27 +87,10 @@ class ParticleState:
         for name in self.NAMES:
             setattr(self, name, np.array(state[name], getattr(self, name).dtype))
 
-    def _in_order(self, values: np.ndarray, order: np.ndarray, count: int) -> np.ndarray:
-        """The first `count` values in this order, in the spare array of their size; the old array is the next spare."""
-        bits = values.view(f"u{values.itemsize}")
-        kind = bits.dtype, bits.shape[1:]
-        spare = self._spare.get(kind)
-        if spare is None or len(spare) < len(bits):
-            spare = np.empty_like(bits)
-        if count:
-            self._team.run(gather, whole(count), order, bits.reshape(len(bits), -1), spare.reshape(len(spare), -1))
-        self._spare[kind] = bits
-        return spare[:count].view(values.dtype)
-
     @property
     def nbytes(self) -> int:
         """Memory of the particles [B]."""
         return sum(_whole_size(getattr(self, name)) for name in self.NAMES)
-
-    @property
-    def spare_nbytes(self) -> int:
-        """Memory to sort into [B]."""
-        return sum(map(_whole_size, self._spare.values()))
 
 
 class BoundaryState:

@@ -126,3 +126,16 @@ def test_ghosts_have_the_viscosity_of_what_they_stand_for():
     assert (ghost & lower).sum() > 20 and (ghost & ~lower).sum() > 20
     viscosity = fluid.work.flow[: fluid.count, 4]
     assert np.allclose(viscosity, np.where(lower, 2000 * 2e-2, 1000 * 1e-2))
+
+
+@pytest.mark.parametrize("kind", ["plain", "converged"])  # single and double precision
+@pytest.mark.parametrize("given", [True, False])
+def test_particles_are_put_in_order(kind, given):
+    particles, rng = fluid_of(kind).particles, np.random.default_rng(3)
+    particles.pressure[:] = rng.random(particles.count)
+    scratch = np.empty((particles.count, 3)) if given else None
+    for left in (particles.count, particles.count - 7, particles.count - 7):  # particles may be lost
+        expected, order = particles.state(), rng.permutation(particles.count).astype(np.int32)
+        particles.reorder(order, left, scratch)
+        for name, values in particles.state().items():
+            assert np.array_equal(values, expected[name][order[:left]]) and values.dtype == expected[name].dtype
