@@ -84,6 +84,7 @@ CASES = {
     name: Case(
         name, f"A half immersed cylinder heaves in waves of {waves.period:g} s, in a box with a sea around it, 2D",
         "Linear theory by boundary elements.", SPACING, scene(name), Heave, {"response": TARGET[name]},
+        "It heaves too little by an error that halves with the spacing.",
         fails_when={"response": Wrong("no radiation damping at resonance, or a tenth of the mass too much", 0.1)},
     )
     for name, waves in WAVES.items()
