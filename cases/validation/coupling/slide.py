@@ -147,7 +147,8 @@ def _case(name: str, title: str, layers: int) -> Case:
         _scene(layers),
         Way,
         {"displacement": 0.1, "off_ramp_m": 0.002},
-        "The glued layer is as thick as a spacing: with it the slide is 10.5 % off at 50 mm, 3.1 % at 25 and 5.5 % at 12.5 mm.",
+        "The glued layer is as thick as a spacing: with it the slide is 10.5 % off at 50 mm, 3.1 % at 25 mm and 5.5 % at"
+        " 12.5 mm.",
     )
 
 
