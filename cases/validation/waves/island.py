@@ -162,6 +162,7 @@ CASES = {
         reasons="Still water on the shelf is 75 mm deep; the lattice puts none there at 195 and 156 mm, 127 mm at 130 mm and"
         " 98 mm at 97.5 mm. Crests there are too high, most at WG3 and WG9 (0.214 m for 0.075, 0.247 m for 0.121), where the"
         " measured ones are lowest. Before the shelf crests, times and speeds meet their targets with the default solver."
-        " At 48.75 mm, a row and a half on the shelf, `iisph` meets all but the speed behind the island and the crests on the shelf.",
+        " At 48.75 mm, a row and a half on the shelf, `iisph` meets all but the speed behind the island and the crests"
+        " on the shelf.",
     )
 }
