@@ -16,7 +16,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import fsi
-from fsi import plugins, rubbish, runner
+from fsi import garbage, plugins, runner
 from fsi.errors import RunError, SceneError, short
 from fsi.messages import Messages, open_closed_streams
 from fsi.progress import clock
@@ -104,7 +104,7 @@ def options(
     """Explicit incompressible SPH, coupled to rigid bodies in MuJoCo."""
     command, started = context.invoked_subcommand, runner.together() or 1
     if command not in SHARED:  # those begin to step later
-        rubbish.go_on()
+        garbage.resume()
     if started > 1 and command not in SHARED:
         with exit_codes():
             fault = f"fsi {command} runs in one process, and {started} were started"

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fsi import rubbish
+from fsi import garbage
 from fsi.errors import SceneError
 from fsi.messages import Messages
 from fsi.plugins import function
@@ -162,7 +162,7 @@ def finish(
                 if event.level == "warning":
                     say(event.text)
 
-        rubbish.go_on()
+        garbage.resume()
         number = carry_out(sim, folder, recorders, until, on_step, say)
     for line in sim.warnings:
         if line not in told:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import os
 import signal
 
-from fsi import rubbish
+from fsi import garbage
 from fsi.messages import Messages, open_closed_streams
 from fsi.simulation.signals import at_once
 
@@ -16,7 +16,7 @@ def main() -> None:
     """The command `fsi`, which ends with 130 after SIGINT and with 143 after the other signals that end a run."""
     open_closed_streams()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    rubbish.wait()
+    garbage.pause()
     before = signal.getsignal(signal.SIGINT)
     with at_once(Messages(), signal.SIGINT):
         from fsi.command import main as command

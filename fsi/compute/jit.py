@@ -60,11 +60,14 @@ def _can_write(folder: Path) -> bool:
 
 
 def without_blas() -> None:
-    """Have numba, which asks as it loads its first kernel whether BLAS is there, by importing scipy.linalg, take that for
-    granted: no kernel of ours calls it, and it is a tenth of a start. Kernels of others that do are asked for it as before."""
+    """Load numba's array functions without its look for BLAS, which imports scipy.linalg, a tenth of a start: no kernel of ours
+    calls BLAS, and kernels of others that do are asked for it when they are compiled. Another numba may not look."""
     from numba.np import linalg
 
-    asked, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    asked = getattr(linalg, "ensure_blas", None)
+    if asked is None:
+        return
+    linalg.ensure_blas = lambda: None
     try:
         import numba.np.arraymath  # noqa: F401
     finally:
