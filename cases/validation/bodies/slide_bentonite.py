@@ -72,7 +72,7 @@ CASES = {
     "slide_bentonite": _case(
         "slide_bentonite",
         "3D",
-        "At the coarse level, 10 spacings deep, bentonite runs up 12 % less; finer levels were not run. In two dimensions it"
+        "At the coarse level, 10 spacings deep, bentonite runs up 7 % less. In two dimensions it"
         " is 2 % less at 20 and at 12.5 mm.",
     ),
     "slide_bentonite_2d": _case("slide_bentonite_2d", "its middle in 2D"),
