@@ -87,8 +87,8 @@ CASES = {
         " water at the impact, falling from 0.5 to 2 s, and at 1 s from the bed to the surface.",
         spacings("slide_basin"), scene, Eddies,
         {"decades": 0.17, "later_peak": 0.0, "middle_over_bed": 0.0, "surface_over_middle": 0.0, "leaks": 0.0},
-        "The row under the broken surface has more eddies than the middle at 1 s: 1.9 times as many at 40 mm, six rows deep, and"
-        " 1.7 times at the medium level.",
+        "The row under the broken surface has more eddies than the middle at 1 s: 1.9 times as many at 40 mm, six rows deep,"
+        " and 1.7 times at the medium level.",
         fails_when={
             "decades": Wrong("eddies of a tenth of it", 1 / DECADES),
             "later_peak": Wrong("eddies that do not fall", EVEN),

@@ -85,7 +85,7 @@ def _case(shape: str) -> Case:
         {"coarse": RADIUS / 5, "medium": RADIUS / 10, "paper": RADIUS / 20},
         scene(shape),
         Impulse,
-        {"late": 0.015},
+        {"late": 0.015},  # a resistance of 3 % of omega Ma, as is asked of bodies without waves
         REASONS if shape == "sharp" else "",
         fails_when={"late": Wrong("a lag of a hundredth of a turn, a resistance of 6 % of omega Ma", 0.03)},
     )
