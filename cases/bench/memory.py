@@ -38,6 +38,7 @@ def memory(dimension: int, particles: int) -> list[dict]:
         count = sum(sim.counts.values())
         parts = {part: size / count for part, size in sim.fluid.memory.items()}
         share = sim.counts["fluid"] / count
-        rows.append({"numerics": name, "fluid_share": share, "bytes_per_particle": sum(parts.values()), "parts": parts})
+        found = {"numerics": name, "lanes": sim.fluid.lanes, "fluid_share": share}
+        rows.append(found | {"bytes_per_particle": sum(parts.values()), "parts": parts})
         sim.team.close()
     return rows

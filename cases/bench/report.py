@@ -201,12 +201,12 @@ def _limits(result: dict) -> list[Table]:
 
 def _memory(rows: list[dict]) -> Table:
     columns = {
-        "numerics": text("numerics"), "total": number("bytes_per_particle", ".0f"),
+        "numerics": text("numerics"), "lanes": text("lanes"), "total": number("bytes_per_particle", ".0f"),
         **{part: _part("parts", part, ".0f") for part in MEMORY},
         "share of fluid particles": number("fluid_share", ".2f"),
     }  # fmt: skip
     note, brief = (
-        "A 3D tank of still water; fluid and boundary particles.",
+        "A 3D tank of still water; fluid and boundary particles. Lists have an entry for each group of lanes and neighbour.",
         ("numerics", "total", "lists", "packed rows", "state"),
     )
     return table("Bytes per particle", note, columns, rows, brief)
