@@ -55,6 +55,7 @@ def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
         viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
         stress_factor=2 * slope * volume / rho / lattice.second_moment,
         artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
+        artificial_limit=(numerics.viscosity_limiter or 0.0) / sound if sound > 0 else 0.0,
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
         filled1=lattice.rows.filled[0],

@@ -286,6 +286,9 @@ class Numerics(Part):
     )
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
+    viscosity_limiter: Positive | None = (
+        None  # eta: of it only min(1, eta u / c) acts on a pair that approaches at u (Zhang et al. 2017); None: all
+    )
     density_relaxation: NonNegative | None = (
         None  # gamma; None: what damps the depth's slowest mode in a step; of `iisph` 0.1, with bodies 1 as its source
     )

@@ -118,6 +118,7 @@ class Constants(NamedTuple):
     viscous_factor: float  # 2 nu C V over the lattice's second moment
     stress_factor: float  # 2 C V / rho over the lattice's second moment
     artificial_factor: float  # alpha c h C V
+    artificial_limit: float  # eta / c
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface
     filled1: float  # part of the support that is filled in the top row under a flat surface (`kernel.SurfaceRows`)

@@ -14,6 +14,7 @@ from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.columns import COUNTS, DEFICIT, DIAGONAL, INNER, SUPPORT
 from fsi.sph.terms import (
+    approach_limiter,
     artificial_viscosity,
     closeness,
     kernel,
@@ -62,14 +63,14 @@ def surface_gate(position_divergence):
 
 @cache
 def make_predictor(
-    lanes: int, dim: int, viscosity: str, artificial: bool, shifted: bool, dense: bool, surface: bool
+    lanes: int, dim: int, viscosity: str, artificial: bool, limited: bool, shifted: bool, dense: bool, surface: bool
 ):  # fmt: skip
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
     particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
-    is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip".
-    No sum depends on neighbours out of reach, not in its last bit either. Without a `surface` a gap between
+    is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip";
+    `artificial` viscosity is whole or `limited`. No sum depends on neighbours out of reach, not in its last bit either. Without a `surface` a gap between
     particles is no free surface, and the shift closes it."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
@@ -114,6 +115,8 @@ def make_predictor(
         f = slope(closeness(r2, k.inverse_support))
         if artificial:
             damping = artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
+            if limited:
+                damping = damping * approach_limiter(r2, k.eta2, u_ij, x_ij, k.artificial_limit)
             if dense:
                 r_j = other(flow, j, R, L)
                 damping = damping * (r_j * lightness(r_i, r_j))
@@ -149,6 +152,6 @@ def make_predictor(
     by_fluid, by_walls = (fluid_pair,) * (artificial or free_slip), (wall_pair,) * surface
     passes = ((FLUID, pair, *by_fluid), (WALLS, pair, *by_walls)) if by_fluid or by_walls else ((ALL, pair),)
     return over_pairs(
-        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
+        "predict", (lanes, dim, viscosity, artificial, limited, shifted, dense, surface),
         takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
     )  # fmt: skip

@@ -75,6 +75,13 @@ def artificial_viscosity(f, r2, eta2, u_ij, x_ij):
 
 
 @helper()
+def approach_limiter(r2, eta2, u_ij, x_ij, limit):
+    """Share of the artificial viscosity between particles that approach at u: min(1, eta u / c), so that smooth flow has next
+    to none (Zhang, Hu & Adams 2017, J. Comput. Phys. 335, 605-620, for their Riemann solver); `limit` is eta / c."""
+    return minimum(1.0, limit * sqrt(dot(u_ij, x_ij) * dot(u_ij, x_ij) / (r2 + eta2)))
+
+
+@helper()
 def interface_gradient(f, p_i, p_j, r_i, r_j, x_ij):
     """`pressure_gradient` times r_i between unequal densities: p_i + p_j becomes twice the pressure at which both liquids
     accelerate alike in between (Hu & Adams 2007, eq. 14), and a pair's forces still cancel."""

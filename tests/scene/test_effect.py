@@ -101,6 +101,12 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "numerics.turbulence": ("numerics.turbulence", "smagorinsky", {"numerics.viscosity": "none"}, "'none'"),
     "numerics.smagorinsky": ("numerics.smagorinsky", "0.2", {}, "turbulence"),
     "numerics.artificial_viscosity": ("numerics.artificial_viscosity", "0.1", WEIGHTLESS, "speed of sound"),
+    "numerics.viscosity_limiter": (
+        "numerics.viscosity_limiter",
+        "3",
+        {"numerics.artificial_viscosity": "0"},
+        "no artificial viscosity",
+    ),
     "numerics.shifting": ("numerics.shifting", "0.0", {}, "free surface"),
     "numerics.standing_pressure": ("numerics.standing_pressure", "apart", WEIGHTLESS, "gravity"),
     "numerics.wall_guard": ("numerics.wall_guard", "0.5", BLOCK | OPEN, "no wall"),
