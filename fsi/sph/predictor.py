@@ -70,8 +70,8 @@ def make_predictor(
     deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
     particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
     is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip";
-    `artificial` viscosity is whole or `limited`. No sum depends on neighbours out of reach, not in its last bit either. Without a `surface` a gap between
-    particles is no free surface, and the shift closes it."""
+    `artificial` viscosity is whole or `limited`. No sum depends on neighbours out of reach, not in its last bit either.
+    Without a `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
     U_NEW, FILLED, P = columns.trial(dim).of("u filled p")

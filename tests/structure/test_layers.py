@@ -144,7 +144,8 @@ fluid = sim.fluid
 used = {fluid._predictor, fluid.solver.source, fluid._corrector, fluid.solids.weigher,
         pressure.make_sweep(fluid.lanes, 2, False, 0), walls.make_extrapolation(fluid.lanes, 2, 0)}
 assert all(len(kernel.signatures) == 1 for kernel in used)
-assert fluid._predictor is predictor.make_predictor(fluid.lanes, 2, "none", False, False, False, False, True)  # no viscosity, no shift
+plain = predictor.make_predictor(fluid.lanes, 2, "none", False, False, False, False, True)  # no viscosity, no shift
+assert fluid._predictor is plain
 assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False, True)  # nor densities
 assert fluid.solids.weigher is walls.make_shepard(fluid.lanes, 2, False, False)
 for factory, made in ((predictor.make_predictor, 1), (corrector.make_corrector, 1), (pressure.make_sweep, 1),
