@@ -116,7 +116,7 @@ def make_predictor(
         if artificial:
             damping = artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
             if limited:
-                damping = damping * approach_limiter(r2, k.eta2, u_ij, x_ij, k.artificial_limit)
+                damping = damping * approach_limiter(r2 + k.eta2, u_ij, x_ij, k.artificial_limit)
             if dense:
                 r_j = other(flow, j, R, L)
                 damping = damping * (r_j * lightness(r_i, r_j))

@@ -75,10 +75,11 @@ def artificial_viscosity(f, r2, eta2, u_ij, x_ij):
 
 
 @helper()
-def approach_limiter(r2, eta2, u_ij, x_ij, limit):
+def approach_limiter(r2, u_ij, x_ij, limit):
     """Share of the artificial viscosity between particles that approach at u: min(1, eta u / c), so that smooth flow has next
-    to none (Zhang, Hu & Adams 2017, J. Comput. Phys. 335, 605-620, for their Riemann solver); `limit` is eta / c."""
-    return minimum(1.0, limit * sqrt(dot(u_ij, x_ij) * dot(u_ij, x_ij) / (r2 + eta2)))
+    to none (Zhang, Hu & Adams 2017, J. Comput. Phys. 335, 605-620, for their Riemann solver); `limit` is eta / c, r2 above
+    zero."""
+    return minimum(1.0, limit * sqrt(dot(u_ij, x_ij) * dot(u_ij, x_ij) / r2))
 
 
 @helper()

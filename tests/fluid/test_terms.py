@@ -11,7 +11,7 @@ from fsi.sph import terms
 
 LANES = 4
 VECTORS = ("x_ij", "u_ij")
-TERMS = [f for f in vars(terms).values() if inspect.isfunction(f) and f.__module__ == terms.__name__]
+TERMS = list(dict.fromkeys(f for f in vars(terms).values() if inspect.isfunction(f) and f.__module__ == terms.__name__))
 
 
 def caller(term):

@@ -22,7 +22,7 @@ from fsi.simulation.loop import Simulation
 
 G, PERIODS = 9.81, 100
 WAVES = {"0.5": 0.015, "1": 0.04, "2": 0.06, "3": 0.06}  # kd, by linear theory, and height over length
-PER_HEIGHT = {"coarse": 5, "medium": 10}
+PER_HEIGHT = {"coarse": 5, "medium": 10, "paper": 20}
 
 
 def variants(spacing: float, folder: Path) -> Mapping[str, dict]:
