@@ -8,7 +8,7 @@ import numpy as np
 
 from bodies.shapes import layers as layering
 from bodies.shapes.distance import TriangleTree, nearest_segment
-from bodies.shapes.primitives import Placed, Together
+from bodies.shapes.primitives import Placed, Together, beyond
 from bodies.shapes.shells import Shells, merged, shells
 from fsi.errors import SceneError
 from fsi.extras import require
@@ -44,10 +44,10 @@ class Surface:
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance (n,) of points (n, dim), negative inside; far outside, that to the bounding box."""
         lower, upper = self._bounds
-        beyond = np.linalg.norm(np.maximum(np.maximum(lower - points, points - upper), 0.0), axis=1)
-        close = beyond < 0.25 * (upper - lower).max()
-        beyond[close] = self._nearest(points[close])[0]
-        return beyond
+        distance = beyond(points, lower, upper)
+        close = distance < 0.25 * (upper - lower).max()
+        distance[close] = self._nearest(points[close])[0]
+        return distance
 
     def foot(self, points: np.ndarray) -> np.ndarray:
         """The closest places (n, dim) on the surface to points (n, dim)."""

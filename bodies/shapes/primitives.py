@@ -16,6 +16,11 @@ from bodies.shapes import sampling
 from fsi.protocols import Solid
 
 
+def beyond(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Distance (n,) of points (n, dim) from the box between two corners (dim,) [m], 0 inside."""
+    return np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+
+
 class Shape(Protocol):
     """A solid in its own frame."""
 
@@ -170,8 +175,6 @@ class Together:
     def clearance(self, points: np.ndarray) -> np.ndarray:
         clear = self.parts[0].clearance(points)
         for part in self.parts[1:]:  # asked only for points whose distance to its box is less than what is found
-            low, high = part.bounds()
-            beyond = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-            near = beyond <= np.maximum(clear, 0.0)
+            near = beyond(points, *part.bounds()) <= np.maximum(clear, 0.0)
             clear[near] = np.minimum(clear[near], part.clearance(points[near]))
         return clear

@@ -12,10 +12,17 @@ from cases.validation.engine.case import Case, Measure, Row, met
 from cases.validation.engine.runner import Stopwatch, scene_of
 from fsi.errors import RunError
 from fsi.scene.binding import bind
+from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 
 Variants = Callable[[float, Path], Mapping[str, dict]]  # spacing [m], folder -> plain scenes by name
 Judge = Callable[[Mapping[str, Any]], dict[str, float]]  # measures by name of the variant -> errors
+
+
+def variant_scene(case: Case, data: dict, level: str, solver: str, folder: Path) -> Scene:
+    """The scene of one variant, as plain data, at the level's spacing where it has none of its own."""
+    spacing = {level: data.get("spacing", case.spacing[level])}
+    return scene_of(Case(case.name, "", "", spacing, lambda spacing, folder: data, None, {}), level, solver, folder)
 
 
 def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[..., tuple[Row, str]]:
@@ -27,9 +34,7 @@ def runs(variants: Variants, measure: type[Measure], judge: Judge) -> Callable[.
         with tempfile.TemporaryDirectory() as folder:
             try:
                 for name, data in variants(case.spacing[level], Path(folder)).items():
-                    spacing = {level: data.get("spacing", case.spacing[level])}
-                    one = Case(case.name, "", "", spacing, lambda spacing, folder, data=data: data, None, {})
-                    scene = scene_of(one, level, solver, Path(folder))
+                    scene = variant_scene(case, data, level, solver, Path(folder))
                     bodies, coupler, ground = bind(scene, f"{case.name}, {name}")
                     sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=threads)
                     sims.append(sim)

@@ -15,9 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from cases.validation.engine.case import Case, Measure, Wrong
-from cases.validation.engine.runner import scene_of
 from cases.validation.engine.scenes import builder, spacings
-from cases.validation.engine.several import runs
+from cases.validation.engine.several import runs, variant_scene
 from cases.validation.engine.solvers import DEFAULT
 from cases.validation.theory.separation import first_harmonic
 from cases.validation.waves.wavemaker import NUMERICS
@@ -81,10 +80,11 @@ CASES = {
 
 def main() -> None:
     """Both runs at the coarse spacing beside each other."""
+    case = CASES["sea_flume"]
     with tempfile.TemporaryDirectory() as folder:
-        for name, data in variants(CASES["sea_flume"].spacing["coarse"], Path(folder)).items():
-            one = Case(name, "", "", CASES["sea_flume"].spacing, lambda spacing, folder, data=data: data, None, {})
-            bodies, coupler, ground = bind(scene := scene_of(one, "coarse", DEFAULT, Path(folder)), name)
+        for name, data in variants(case.spacing["coarse"], Path(folder)).items():
+            scene = variant_scene(case, data, "coarse", DEFAULT, Path(folder))
+            bodies, coupler, ground = bind(scene, name)
             sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=1)
             pitch = Pitch(sim)
             sim.run(on_step=pitch)

@@ -13,8 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cases.validation.engine.case import Case, Wrong
-from cases.validation.engine.runner import scene_of
-from cases.validation.engine.several import runs
+from cases.validation.engine.several import runs, variant_scene
 from cases.validation.engine.solvers import DEFAULT
 from cases.validation.waves.open_sea import DEPTH, Stays
 from cases.validation.waves.wavemaker import NUMERICS
@@ -79,8 +78,7 @@ def main(level: str = "coarse") -> None:
     case = CASES["sea_series"]
     with tempfile.TemporaryDirectory() as folder:
         for kd, data in variants(case.spacing[level], Path(folder)).items():
-            one = Case(case.name, "", "", {level: data["spacing"]}, lambda spacing, folder, data=data: data, None, {})
-            measure = Stays(sim := Simulation(scene_of(one, level, DEFAULT, Path(folder))))
+            measure = Stays(sim := Simulation(variant_scene(case, data, level, DEFAULT, Path(folder))))
             sim.run(on_step=measure)
             told = ", ".join(f"{key} {100 * value:+.2f} %" for key, value in measure.errors().items())
             print(f"kd {kd}, H/L {WAVES[kd]}, {sim.fluid.count} particles: {told}", flush=True)
