@@ -11,6 +11,7 @@ from __future__ import annotations
 from fsi.compute.jit import helper
 from fsi.compute.lanes import dot, maximum, minimum, sqrt
 
+LEAST = 0.25  # share of the artificial viscosity that always acts (docs/theory/numerics.md)
 
 @helper()
 def closeness(r2, inverse_support):
@@ -76,10 +77,10 @@ def artificial_viscosity(f, r2, eta2, u_ij, x_ij):
 
 @helper()
 def approach_limiter(r2, u_ij, x_ij, limit):
-    """Share of the artificial viscosity between particles that approach at u: min(1, eta u / c), so that smooth flow has next
-    to none (Zhang, Hu & Adams 2017, J. Comput. Phys. 335, 605-620, for their Riemann solver); `limit` is eta / c, r2 above
-    zero."""
-    return minimum(1.0, limit * sqrt(dot(u_ij, x_ij) * dot(u_ij, x_ij) / r2))
+    """Share of the artificial viscosity between particles that approach at u: min(1, LEAST + eta u / c), a quarter in smooth
+    flow and all of it in an impact (after Zhang, Hu & Adams 2017, J. Comput. Phys. 335, 605-620, who limit their Riemann
+    solver by eta u / c alone); `limit` is eta / c, r2 above zero."""
+    return minimum(1.0, LEAST + limit * sqrt(dot(u_ij, x_ij) * dot(u_ij, x_ij) / r2))
 
 
 @helper()

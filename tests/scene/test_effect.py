@@ -103,7 +103,7 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "numerics.artificial_viscosity": ("numerics.artificial_viscosity", "0.1", WEIGHTLESS, "speed of sound"),
     "numerics.viscosity_limiter": (
         "numerics.viscosity_limiter",
-        "3",
+        "5",
         {"numerics.artificial_viscosity": "0"},
         "no artificial viscosity",
     ),
