@@ -24,7 +24,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fsi.scene.model import Numerics, Scene
+from fsi.scene.model import Scene
+from fsi.scene.numerics import Numerics
 
 SOUND = 1 / math.sqrt(7)  # c dt / h for a gain of one
 HIGHEST = 1.35  # largest eigenvalue of D^-1 A met on disordered particles, in two and three dimensions

@@ -16,6 +16,7 @@ from fsi.compute.team import Team
 from fsi.fluid.body_force import BodyForce
 from fsi.fluid.boundary import BoundaryParticles
 from fsi.fluid.constants import impulse_units, sweep_constants
+from fsi.fluid.departures import Departures
 from fsi.fluid.parts import Parts
 from fsi.fluid.pressure import make_solver, two_fields
 from fsi.fluid.response import LinearResponse, box_around
@@ -48,9 +49,7 @@ class Fluid:
     particles: the fluid particles; placed: the boundary particles where their owners have put them; solids: how these act on
     the fluid, a `BoundaryTreatment`; solver: a `PressureSolver`; rheology: of viscosities that vary, None without; standing:
     the pressure that stands anyway, None without; force: the body force; halo: the ghosts; near: the neighbours of the fluid
-    particles; work: the memory of a step; reductions: sums over all particles.
-
-    `lost` counts the particles that have left the domain, of all processes, `left` those that did by an open side of the tank.
+    particles; work: the memory of a step; departed: what has left the domain; reductions: sums over all particles.
     `k`, `dt`: scalars of the scheme and time step [s], of this step.
     """
 
@@ -100,9 +99,7 @@ class Fluid:
             from fsi.fluid.standing import Standing, stands
 
             self.standing = Standing(scene, layout, team, reductions) if stands(scene, layout) else None
-        self.lost, self.last_seen = 0, None  # particles that left the domain, and where the last ones did
-        self.left = np.zeros(len(scene.tank.open), int)  # particles that left by each open side, which are not lost
-        self.gone = np.zeros(self.dim + 2)  # of those: sums of r u, r u^2 / 2 and r z
+        self.departed = Departures(scene.tank, self.grid)
         self._units = impulse_units(scene, self.depth, float(self.k.mass))
         self._compose(layout)
         self._rows, self._kept, self._last = 0, slice(None), None
@@ -179,21 +176,11 @@ class Fluid:
         return (np.flatnonzero(near) if chosen is None else chosen[near]).astype(np.int32)
 
     def _lose(self, which: np.ndarray) -> None:
-        """Note the particles (m,) that are outside the domain and are dropped: lost, or gone by an open side."""
+        """Note the particles (m,) that are outside the domain and are dropped."""
         r = np.ones(len(which)) if self._relative is None else self.relative[which]
         gone = self.reductions.together(self.label[which], r, self.position[which], self.velocity[which])
         _, r, position, velocity = (values[np.argsort(gone[0])] for values in gone)
-        lost = np.ones(len(position), bool)
-        for n, side in enumerate(self.scene.tank.open):
-            axis = self.scene.tank.axes.index(side[0])
-            x, low, high = position[:, axis], self.grid.domain_min[axis], self.grid.domain_max[axis]
-            by = lost & (x < low if side[1] == "-" else x > high)
-            self.left[n] += int(by.sum())
-            lost &= ~by
-        self.lost += int(lost.sum())
-        if lost.any():
-            self.last_seen = position[lost.argmax()].copy()
-        self.gone += np.array([*(r @ velocity), 0.5 * float(r @ (velocity**2).sum(1)), float(r @ position[:, -1])])
+        self.departed.note(r, position, velocity)
 
     def _pack(self) -> np.ndarray:
         """Fill the packed rows; the positions for the search."""
@@ -421,10 +408,7 @@ class Fluid:
             "rheology": self.rheology.state() if self.rheology else None,
             "acceleration": self._acceleration.copy(),
             "suction": float(self.k.suction),
-            "lost": int(self.lost),
-            "left": self.left.copy(),
-            "last_seen": None if self.last_seen is None else self.last_seen.copy(),
-            "gone": self.gone.copy(),
+            **self.departed.state(),
             "residual": float(self.residual()),
             **({"standing": self.standing.state()} if self.standing else {}),
             "fields": self._whole({name: values.copy() for name, values in viscosities.items()}),
@@ -447,8 +431,7 @@ class Fluid:
         self.sort.inside, self.solids.count = -1, 0  # the cells and places are those of another step
         self._acceleration = np.array(state["acceleration"])
         self.k = self.k._replace(suction=self.dtype(state["suction"]))
-        self.lost, seen, self.left = int(state["lost"]), state["last_seen"], np.array(state["left"])
-        self.last_seen, self.gone = None if seen is None else np.array(seen), np.array(state["gone"])
+        self.departed.restore(state)
         fields = {name: np.array(values) for name, values in state["fields"].items()}
         self._last = {"residual": float(state["residual"]), "fields": fields}
 
@@ -463,6 +446,11 @@ class Fluid:
     def total_count(self) -> int:
         """Fluid particles of all processes, ghosts included within a step."""
         return int(self.reductions.combined(self.count))
+
+    @property
+    def lost(self) -> int:
+        """Particles that have left the domain, of all processes."""
+        return self.departed.lost
 
     @property
     def position(self) -> np.ndarray:

@@ -22,7 +22,7 @@ from fsi.particles.neighbours import Neighbours
 from fsi.particles.sorts import make_sort
 from fsi.particles.state import BoundaryState
 from fsi.scene.model import Scene
-from fsi.sph import columns, implicit
+from fsi.sph import columns, implicit_walls
 from fsi.sph.implicit import Scalars
 from fsi.sph.shapes import filling, shape
 
@@ -42,7 +42,7 @@ def weights(scene: Scene, layout: Layout, k: Scalars, dtype, team: Team) -> np.n
     rows[: len(points), columns.field(dim).p] = layout.owner[order]
     near.update(sort, 0, np.ascontiguousarray(rows[:, :dim].T, np.float32), [(sort, 0)])
     total = np.empty(len(points), dtype)
-    team.run(implicit.make_layer_sum(lanes, dim, scene.numerics.kernel), near.bounds, near.groups, rows, total, k)
+    team.run(implicit_walls.make_layer_sum(lanes, dim, scene.numerics.kernel), near.bounds, near.groups, rows, total, k)
     full = filling(scene.numerics.kernel, scene.spacing, h, dim)
     flat = full.layer / shape(scene.numerics.kernel, h, dim).alpha
     psi[order] = full.wall * flat / total
@@ -61,7 +61,7 @@ class WeightedWalls(BoundaryParticles):
         self._kernel = kernel
         self.psi = weights(scene, layout, k, dtype, team)
         self.weight = self.psi  # of those that stand, in the order of cells
-        self._friction = implicit.make_friction(self.lanes, dim, kernel) if friction else None
+        self._friction = implicit_walls.make_friction(self.lanes, dim, kernel) if friction else None
         self._acceleration = np.zeros((1, 6))
 
     def pack(self, first: int, placed: BoundaryState, dt: float, body_force: np.ndarray, xs, rows) -> None:
@@ -127,9 +127,10 @@ class WeightedWalls(BoundaryParticles):
     def _pressed(self, rows: np.ndarray, values: np.ndarray, column: int, least: int, linear: bool) -> np.ndarray:
         wrench, forces = np.zeros((1, self.owners, 6)), self._forces()
         if self.count:
+            kernel = implicit_walls.make_force(self.lanes, self.dim, self._kernel, column, linear)
             self.team.run(
-                implicit.make_force(self.lanes, self.dim, self._kernel, column, linear), self.near.bounds, self.near.groups,
-                self.first, rows, values, self._counted[: self.count], least, self.weight, forces[0], self.k,
+                kernel, self.near.bounds, self.near.groups, self.first, rows, values, self._counted[: self.count], least,
+                self.weight, forces[0], self.k,
             )  # fmt: skip
         self._add(forces, wrench, least)
         return wrench[0]

@@ -14,7 +14,8 @@ from fsi.errors import SceneError
 from fsi.extras import installed
 from fsi.protocols import BodySet, Solid
 from fsi.scene.coupler import CouplerSettings
-from fsi.scene.model import ACCURACY, GRIDS, LinearPto, Numerics, Output, Scene, presets
+from fsi.scene.model import GRIDS, LinearPto, Output, Scene
+from fsi.scene.numerics import ACCURACY, Numerics, presets
 
 Condition = Callable[[Scene, BaseModel], object]  # scene, the part that has the key -> why not, or something false
 

@@ -46,7 +46,7 @@ class Alarms(Remembers):
     def audit(self) -> dict:
         """For `run.json`."""
         fluid, sides = self._sim.fluid, self._sim.scene.tank.open
-        left = {"left_particles": dict(zip(sides, fluid.left.tolist(), strict=True))} if sides else {}
+        left = {"left_particles": dict(zip(sides, fluid.departed.left.tolist(), strict=True))} if sides else {}
         lost = {"lost_particles": fluid.lost, "lost_share": self.lost_share, "first_lost": self._first}
         return lost | {"slipped_particles": self._inside} | left
 
@@ -74,7 +74,7 @@ class Alarms(Remembers):
         fluid, limit = self._sim.fluid, self._limits.lost_particles
         self._lost, share = fluid.lost, self.lost_share
         if not self._first:
-            self._first = f"the first at t = {self._sim.time:.4g} s, last seen at {_point(fluid.last_seen)}"
+            self._first = f"the first at t = {self._sim.time:.4g} s, last seen at {_point(fluid.departed.last_seen)}"
             self._warn(
                 "first lost", f"a particle has left the tank, {self._first}; likeliest cause: {self._cause_of_loss()}"
             )
@@ -92,14 +92,14 @@ class Alarms(Remembers):
         side, is_open = self._passed()
         if is_open:
             return f'it went through the open side {side}: move that side of the tank or add "{side}" to tank.walls'
-        if body := self._nearest_body(self._sim.fluid.last_seen):
+        if body := self._nearest_body(self._sim.fluid.departed.last_seen):
             return f"it was lost beside body {body!r}: try a smaller numerics.courant or a finer spacing"
         through = f"it went through the wall {side}: " if side else ""
         return f"{through}the time step may be too long: try a smaller numerics.courant or numerics.mach"
 
     def _passed(self) -> tuple[str, bool]:
         """The side of the tank that the particle lost last went through, "" where none, and whether it is open."""
-        tank, at, beyond = self._sim.scene.tank, self._sim.fluid.last_seen, {}
+        tank, at, beyond = self._sim.scene.tank, self._sim.fluid.departed.last_seen, {}
         for d, axis in enumerate(tank.axes):
             beyond |= {f"{axis}-": tank.min[d] - at[d], f"{axis}+": at[d] - tank.max[d]}
         side = max(beyond, key=beyond.get)

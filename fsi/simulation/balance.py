@@ -73,7 +73,7 @@ class Balance(Remembers):
     def open_audit(self) -> None:
         """Called after the pressure of a step is final and before the corrector: note momentum and all forces."""
         forces = self.fluid.wrench(viscous=True, walls=True)[:, :3]
-        momentum = self.momentum - (self.mass * self.fluid.gone[: self._dim] - self._gone)
+        momentum = self.momentum - (self.mass * self.fluid.departed.gone[: self._dim] - self._gone)
         drive = self.mass * self.fluid.driven()
         if self.fluid.sea:
             drive += self.fluid.sea.impulse / self.fluid.dt
@@ -106,7 +106,7 @@ class Balance(Remembers):
         stops = (impulse * 0.5 * (twist + new_twist))[PISTON:FIRST_BODY].sum()  # by the wall guard
         self.wavemaker_work -= dt * power[PISTON:FIRST_BODY].sum() + stops
         self._book_forces(dt)
-        self._gone = self.mass * self.fluid.gone[:dim]
+        self._gone = self.mass * self.fluid.departed.gone[:dim]
         self.exchanged_work += dt * np.abs(power[PISTON:]).sum()
         self.sponge_loss += sums[place.loss]
         if self._before is not None:
@@ -166,7 +166,7 @@ class Balance(Remembers):
     @property
     def carried_away(self) -> float:
         """Kinetic and potential energy of the particles that were lost [J]."""
-        kinetic, height = self.fluid.gone[self._dim :]
+        kinetic, height = self.fluid.departed.gone[self._dim :]
         return self.mass * kinetic + self._weight() * height
 
     @property

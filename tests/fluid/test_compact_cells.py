@@ -75,7 +75,7 @@ def test_fluid_may_leave_by_an_open_side_and_is_counted_by_it():
     n = fluid.count
     fluid.position[:2] = [[0.5, -7.0], [9.0, 0.0]]
     fluid.begin(1e-4, np.zeros((1, 3)), np.zeros((1, 6)))
-    assert fluid.count == n - 2 and fluid.lost == 1 and fluid.left.tolist() == [1]
-    assert fluid.last_seen.tolist() == [9.0, 0.0]
+    assert fluid.count == n - 2 and fluid.lost == 1 and fluid.departed.left.tolist() == [1]
+    assert fluid.departed.last_seen.tolist() == [9.0, 0.0]
     with pytest.raises(SceneError, match=r"tank.open: x- has a wall"):
         check_scene(still_tank(2, tank={"min": [0, -0.5], "max": [1, 0.5], "walls": ["x-"], "open": ["x-"]}))

@@ -5,7 +5,7 @@ import pytest
 from tanks import still_tank
 
 from fsi.fluid.chebyshev import HIGHEST, SPAN, chebyshev, iteration
-from fsi.scene.model import Numerics
+from fsi.scene.numerics import Numerics
 from fsi.simulation.loop import Simulation
 
 

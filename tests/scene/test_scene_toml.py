@@ -7,7 +7,7 @@ import pytest
 
 from fsi.errors import SceneError
 from fsi.scene.file import builtin_scenes, load_scene, resolved_toml, scene_levels
-from fsi.scene.model import Numerics
+from fsi.scene.numerics import Numerics
 from fsi.scene.toml import dumps
 
 MODEL = "<mujoco><worldbody/></mujoco>"

@@ -20,7 +20,7 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure, Row, met
 from cases.validation.engine.solvers import SOLVERS
-from fsi.scene.model import Numerics
+from fsi.scene.numerics import Numerics
 from fsi.simulation.loop import Simulation
 from fsi.sph import kernel
 
