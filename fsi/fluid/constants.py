@@ -42,7 +42,6 @@ def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
     slope = float(kernel.gradient_factor(0.0, h, dim))
     numerics = scene.numerics
     sound = math.sqrt(scene.gravity * depth) / numerics.mach
-    limiter = 0.0 if numerics.viscosity_limiter == "off" else numerics.viscosity_limiter
     down = BodyForce(scene).uniform
     weight = math.hypot(*down)
     up = -down / weight if weight > 0 else np.eye(dim)[-1]
@@ -56,7 +55,7 @@ def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
         viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
         stress_factor=2 * slope * volume / rho / lattice.second_moment,
         artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
-        artificial_limit=limiter / sound if sound > 0 else 0.0,
+        artificial_limit=(numerics.viscosity_limiter or 0.0) / sound if sound > 0 else 0.0,
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
         filled1=lattice.rows.filled[0],

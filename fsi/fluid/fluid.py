@@ -133,7 +133,7 @@ class Fluid:
         shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions
         self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
-        surface, limited = not scene.closed, artificial and scene.numerics.viscosity_limiter != "off"
+        surface, limited = not scene.closed, artificial and scene.numerics.viscosity_limiter is not None
         self._predictor = predictor.make_predictor(L, D, viscosity, artificial, limited, shifted, dense, surface)
         guarded = scene.numerics.wall_guard > 0 and b > 0
         self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface)

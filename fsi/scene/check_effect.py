@@ -193,9 +193,7 @@ IDLE: dict[str, Condition] = {
         not scene.gravity and numerics.artificial_viscosity and "it acts by the speed of sound, none without gravity"
     ),
     "numerics.viscosity_limiter": lambda scene, numerics: (
-        not (scene.gravity and numerics.artificial_viscosity)
-        and numerics.viscosity_limiter != "off"
-        and "there is no artificial viscosity to limit"
+        not (scene.gravity and numerics.artificial_viscosity) and "there is no artificial viscosity to limit"
     ),
     "numerics.shifting": lambda scene, numerics: (
         numerics.shifting == 0 and not scene.closed and "it is off beside a free surface anyway"

@@ -27,7 +27,7 @@ def _of_implicit(scene: Scene) -> Iterator[Fault]:
         yield "fluid.rheology", "'iisph' has artificial viscosity alone", other
     if numerics.turbulence != "none":
         yield "numerics.turbulence", "'iisph' has no turbulence model", other
-    if numerics.viscosity_limiter != "off":
+    if numerics.viscosity_limiter:
         yield "numerics.viscosity_limiter", "'iisph' has all of the artificial viscosity", other
     if numerics.shifting:
         yield "numerics.shifting", "'iisph' shifts no particles", other

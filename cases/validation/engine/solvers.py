@@ -27,6 +27,6 @@ SOLVERS: dict[str, dict] = {
     "relaxation10": {"density_relaxation": _relaxed(10.0)},
     "shifting": {"shifting": 0.2},
     "iisph": {"solver": "iisph"},
-    "unlimited": {"viscosity_limiter": "off"},
+    "limited": {"viscosity_limiter": 3.0},
     "apart": {"standing_pressure": "apart"},
 }
