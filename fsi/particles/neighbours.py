@@ -46,16 +46,17 @@ def put_steps(rows, m, steps, k, end):
         return -1
     if m == 0:
         return k
-    steps[k], longest = 0, 0
-    for q in range(1, m):
-        step = rows[q] - rows[q - 1]
-        steps[k + q] = step
+    steps[k], longest = 0, np.int32(0)
+    before, after, here = rows[: m - 1], rows[1:m], steps[k + 1 : k + m]
+    for q in range(m - 1):  # in vectors, as indices that cannot be negative allow
+        step = np.int32(after[q] - before[q])
+        here[q] = step
         longest = max(longest, step)
     if longest <= LONGEST:
         return k + m
     hops = 0
-    for q in range(1, m):
-        hops += (rows[q] - rows[q - 1] - 1) // LONGEST
+    for q in range(m - 1):
+        hops += (after[q] - before[q] - 1) // LONGEST
     if k + m + hops > end:
         return -1
     row = rows[0]
