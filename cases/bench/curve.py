@@ -13,6 +13,8 @@ import time as clock
 
 import numpy as np
 
+from fsi.compute.pairs import ROW
+from fsi.particles.neighbours import put_steps, rows_of
 from fsi.scene.file import load_scene
 from fsi.simulation.loop import Simulation
 from fsi.sph import columns, pressure
@@ -46,7 +48,8 @@ def hilbert(cells: np.ndarray) -> np.ndarray:
 def renumbered(groups: tuple, order: np.ndarray, rows: int) -> tuple[tuple, np.ndarray]:
     """Groups and lists as if the groups of fluid rows (g,) stood in this order, and the new row of each of the old ones; the
     lists ascend in the new rows, as those of a search in that order would."""
-    offset, count, group, span, base, lists = groups
+    offset, count, group, span, base, _ = groups
+    lists = rows_of(groups)
     first, last, start, end, walls = [], [], [], [], []
     for c in range(len(count)):
         g = np.arange(offset[c], offset[c] + count[c])
@@ -63,20 +66,21 @@ def renumbered(groups: tuple, order: np.ndarray, rows: int) -> tuple[tuple, np.n
     edges = np.concatenate([[0], np.cumsum(sizes)])
     for old, new, size in zip(first, edges[:-1], sizes, strict=True):
         row[old : old + size] = np.arange(new, new + size)
-    span = np.stack([np.zeros(len(order), int), walls - start, end - start], axis=1)
-    at = np.concatenate([[0], np.cumsum(end - start)])
-    new_lists = np.empty(at[-1] + 16, np.int32)
+    span, k = np.zeros((len(order), ROW + 2), np.int64), 0
+    steps = np.empty(2 * int((end - start).sum()) + 16, np.uint16)
     for n, (a, w, b) in enumerate(zip(start, walls, end, strict=True)):
-        new_lists[at[n] : at[n] + w - a] = np.sort(row[lists[a:w]])
-        new_lists[at[n] + w - a : at[n + 1]] = lists[w:b]
-    span = (span + at[:-1, None]).astype(np.int64)
+        span[n, 0] = k
+        for part, rows_there in enumerate((np.sort(row[lists[a:w]]), lists[w:b])):
+            span[n, ROW + part] = rows_there[0] if len(rows_there) else 0
+            k = span[n, part + 1] = put_steps(rows_there, len(rows_there), steps, k, steps.size)
     chunks = max(1, len(order) // 256)
     bounds = np.arange(chunks + 1) * len(order) // chunks
     group = np.concatenate([edges[:-1], edges[-1:]]).astype(np.int32)
     bases = span[bounds[:-1], 0]
     for c in range(chunks):
-        span[bounds[c] : bounds[c + 1]] -= bases[c]
-    return (bounds[:-1].copy(), np.diff(bounds), group, span.astype(np.int32), bases, new_lists), row
+        span[bounds[c] : bounds[c + 1], :ROW] -= bases[c]
+    groups = bounds[:-1].copy(), np.diff(bounds), group, span.astype(np.int32), bases, steps
+    return groups, row
 
 
 def orders(middle: np.ndarray, cell: float, support: float) -> dict[str, np.ndarray]:

@@ -8,12 +8,13 @@ from numba import njit
 from fsi.compute.team import Team
 from fsi.fluid.fluid import Fluid
 from fsi.particles.cells import CellSort
-from fsi.particles.neighbours import Neighbours, W
+from fsi.particles.neighbours import Neighbours, W, rows_of
 
 
 @njit(nogil=True, cache=True)
-def _count(offset, count, group, span, list_offset, lst, xs, support2):
+def _count(groups, lst, xs, support2):
     """Entries of the lists, and pairs (i, j) with i != j closer than the support."""
+    offset, count, group, span, list_offset, _ = groups
     entries, inside = 0, 0
     for c in range(count.size):
         for g in range(offset[c], offset[c] + count[c]):
@@ -46,5 +47,5 @@ def pair_counts(fluid: Fluid) -> dict[str, float]:
     processed for all lanes of a group, so that the sweeps process entries * lanes pairs for neighbours + 1."""
     near, xs = neighbours(fluid)
     support = 2 * fluid.scene.smoothing_length
-    entries, inside = _count(*near.groups, xs, np.float32(support**2))
+    entries, inside = _count(near.groups, rows_of(near.groups), xs, np.float32(support**2))
     return {"neighbours": inside / fluid.count, "entries": entries / fluid.count}

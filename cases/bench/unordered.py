@@ -20,6 +20,7 @@ from cases.bench.block import Block
 from cases.bench.pairs import neighbours
 from fsi.compute.jit import compiled
 from fsi.compute.lanes import at, claim, load, other, own, own_vector, zero
+from fsi.compute.pairs import ROW
 from fsi.compute.team import Team
 from fsi.fluid.response import LinearResponse
 from fsi.particles.neighbours import W
@@ -76,7 +77,7 @@ def make_scatter(lanes: int, dim: int):
 
     @compiled(lanes, dim)
     def scatter(counter, bounds, groups, field, pull, ones, k):
-        offset, count, group, span, list_offset, lst = groups
+        offset, count, group, span, list_offset, steps = groups
         while True:
             c = claim(counter)
             if c >= bounds.size - 1:
@@ -87,18 +88,15 @@ def make_scatter(lanes: int, dim: int):
                 x_i, nothing = own_vector(field, s, 0, L, DIM), zero(field, L)
                 p_i = own(field, s, P, L) * load(ones, L - (e - s), L)
                 total = zero(field, L)
-                n, last = base + span[g, 0], base + span[g, 1]
-                while n < last and lst[n] < s:
-                    n += 1
-                while n < last and lst[n] < e:
-                    j = at(lst, n)
-                    total = total + weight(field, x_i, nothing, j, k) * other(field, j, P, L)
-                    n += 1
-                for q in range(n, last):
-                    j = at(lst, q)
+                j = span[g, ROW]
+                for n in range(base + span[g, 0], base + span[g, 1]):
+                    j += at(steps, n)
+                    if j < s:
+                        continue
                     a = weight(field, x_i, nothing, j, k)
                     total = total + a * other(field, j, P, L)
-                    add_sum(pull, j, a * p_i)
+                    if j >= e:
+                        add_sum(pull, j, a * p_i)
                 add_each(pull, s, total, e - s)
 
     return scatter

@@ -346,7 +346,7 @@ def load(typing, array, i, n):
 
 @lane_op
 def at(typing, array, i):
-    """array[i] of an array of non-negative int32 as an index, without the wrap-around of negative indices."""
+    """array[i] of an array of non-negative whole numbers as an index, without the wrap-around of negative indices."""
 
     def gen(context, builder, sig, args):
         return builder.zext(builder.load(pointer(context, builder, array, args[0], args[1])), I64)

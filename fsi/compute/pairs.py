@@ -15,9 +15,12 @@ and return
 
     over_pairs("name", (lanes, dim, ...), takes="flow force k", sum=Sum(hold, empty, ((FLUID, pair),), finish))
 
-where the second argument tells the variants of the factory apart. A list holds the fluid first and the boundary after: a
+where the second argument tells the variants of the factory apart. A list has two parts, the fluid and the boundary: a
 `Sum` has one pass (`FLUID`, `WALLS` or `ALL`, pair) or several, one after the other; a pass of several pairs, (`FLUID`, pair,
 other_pair), takes each neighbour through all of them, and what they have in common is computed once.
+
+A list holds steps from row to row (`fsi.particles.neighbours`), some of which lead to rows out of reach: no sum may depend on
+those, not in its last bit either.
 `python -m cases.bench.kernels` times it.
 """
 
@@ -32,9 +35,10 @@ from fsi.compute.lane_sums import lane_of, room_for, store_all
 from fsi.compute.lanes import at, claim
 
 FLUID, WALLS, ALL = (0, 1), (1, 2), (0, 2)  # parts of a list, as columns of the span of its group
-# Besides its arguments, a kernel's functions may ask for: the number of the chunk and the part of the list
-# `neighbours` that holds walls; a `pair` also for its place n there.
-PLACE = ("chunk", "walls_from", "walls_to", "neighbours", "n")
+ROW = 3  # column of the span of a group from which on it holds the rows that its parts begin at
+# Besides its arguments, a kernel's functions may ask for: the number of the chunk, the part of the list `steps` that holds
+# walls, and the row that it begins at; a `pair` also for its place n there.
+PLACE = ("chunk", "walls_from", "walls_to", "walls_row", "steps", "n")
 
 
 class Sum(NamedTuple):
@@ -66,6 +70,7 @@ def over_pairs(
     lines = LOOP.format(
         name=name,
         takes=", ".join(takes.split()),
+        row=ROW,
         buffers="".join(text.buffers),
         start=f"{text.call(start, 'start', 'c')}\n" if start else "",
         work=_indented(work, 3).lstrip(),
@@ -79,17 +84,17 @@ def over_pairs(
 
 LOOP = """
 def {name}(counter, bounds, groups, {takes}):
-    offset, count, group, span, neighbour_offset, neighbours = groups
+    offset, count, group, span, list_offset, steps = groups
     {buffers}
     while True:
         chunk = c = claim(counter)
         if c >= bounds.size - 1:
             break
-        base = neighbour_offset[c]
+        base = list_offset[c]
         {start}
         for g in range(offset[c], offset[c] + count[c]):
             s, e = group[g], group[g + 1]
-            walls_from, walls_to = base + span[g, 1], base + span[g, 2]
+            walls_from, walls_to, walls_row = base + span[g, 1], base + span[g, 2], span[g, {row} + 1]
             {work}
 """
 
@@ -122,9 +127,10 @@ class _Text:
         self.buffers.append(f"{role}_buffer = room_for({empty})\n    ")
         text = f"mine = {self.call(sum.hold, f'{role}_hold', 's')}\nsums = {empty}\n"
         for n, ((first, last), *pairs) in enumerate(sum.passes):
-            text += f"for n in range(base + span[g, {first}], base + span[g, {last}]):\n"
+            text += f"j = span[g, {ROW + first}]\nfor n in range(base + span[g, {first}], base + span[g, {last}]):\n"
+            text += f"    j = {'walls_row if n == walls_from else ' * (last - first > 1)}j + at(steps, n)\n"
             for m, pair in enumerate(pairs):
-                call = self.call(pair, f"{role}_pair{n}_{m}", "sums", "mine", "at(neighbours, n)")
+                call = self.call(pair, f"{role}_pair{n}_{m}", "sums", "mine", "j")
                 text += f"    sums = {call}\n"
         if sum.after:
             text += f"sums = {self.call(sum.after, f'{role}_after', 'sums', 'mine')}\n"

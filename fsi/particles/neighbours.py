@@ -2,7 +2,9 @@
 
 A group is up to `LANES` particles of one pencil, so its members are close together and one list serves them all: the
 particles of a group sit in the vector lanes, and each neighbour in the list is broadcast to them. A list holds first the
-fluid neighbours, then the boundary neighbours, as rows of the packed arrays (fluid rows first, boundary rows after).
+fluid neighbours, then the boundary neighbours, as rows of the packed arrays (fluid rows first, boundary rows after). In each
+of the two parts rows ascend, and the list holds the steps from one to the next, in 16 bits, from the first row on. Where a
+step is longer it becomes several, over rows in between, which are out of reach as all that are in no list.
 
 Candidates are gathered once for a run of up to `RUN` particles, as the parts of the pencils that reach its box, then
 thinned for each of its groups. Positions here are single precision relative to the grid; the pair sums cut at the
@@ -16,15 +18,18 @@ from functools import cache
 import numpy as np
 
 from fsi.compute.compact import append, bits_below, consecutive, count_bits
-from fsi.compute.jit import compiled, helper
+from fsi.compute.jit import compiled, exact, helper
 from fsi.compute.lanes import claim, load, maximum, minimum, other
+from fsi.compute.pairs import ROW
 from fsi.compute.team import Team, chunk_bounds
 from fsi.errors import RunError
 from fsi.particles.cells import CellSort
 
 RUN = 16  # particles that share candidates
 CANDIDATES = 2048  # at most, for one run
+LONGEST = (1 << 16) - 1  # step
 SPARE_ROOM = 1.03  # of a chunk's list over what it held in the last step
+MORE_ROOM = 4096  # for a chunk's list that had too little
 SPARE_GROUPS = 1.05  # the same of its groups
 SPARE_MEMORY = 1.01  # of all of them over what is asked for: fresh memory is slow
 MOST_SPARE = 1.05  # of the lists, which are most of the memory: beyond it they are made anew
@@ -33,9 +38,35 @@ f32 = np.float32
 NOBODY = np.empty(0, bool)
 
 
-def slack_of(lanes: int) -> int:
-    """Room kept free at the end of each chunk's list: what one run can add at most."""
-    return RUN // lanes * CANDIDATES
+@helper()
+def put_steps(rows, m, steps, k, end):
+    """Write the steps between the first m of the ascending rows to steps[k:end], from the first row on; returns the new k, or
+    -1 where there is no room."""
+    if k < 0 or k + m > end:
+        return -1
+    if m == 0:
+        return k
+    steps[k], longest = 0, np.int32(0)
+    before, after, here = rows[: m - 1], rows[1:m], steps[k + 1 : k + m]
+    for q in range(m - 1):  # in vectors, as indices that cannot be negative allow
+        step = np.int32(after[q] - before[q])
+        here[q] = step
+        longest = max(longest, step)
+    if longest <= LONGEST:
+        return k + m
+    hops = 0
+    for q in range(m - 1):
+        hops += (after[q] - before[q] - 1) // LONGEST
+    if k + m + hops > end:
+        return -1
+    row = rows[0]
+    for q in range(m):
+        while rows[q] - row > LONGEST:
+            steps[k] = LONGEST
+            k, row = k + 1, row + LONGEST
+        steps[k] = rows[q] - row
+        k, row = k + 1, rows[q]
+    return k
 
 
 @helper()
@@ -55,7 +86,6 @@ def make_search(lanes: int, dim: int, compact: bool = False):
     else:
         from fsi.particles import cells
     between, pencil_of, pencil_end = cells.between, cells.pencil_of, cells.pencil_end
-    slack = slack_of(lanes)
 
     @helper(lanes, dim, compact)
     def gather(xs, s, e, start, first_row, cell, shape, radius, rows, near, m, centre):
@@ -106,8 +136,8 @@ def make_search(lanes: int, dim: int, compact: bool = False):
         return m
 
     @helper(lanes, dim)
-    def thin(xs, s, e, centre, radius, rows, near, first, m, lst, k, t):
-        """Append to lst the candidates first to m closer than radius to one of the particles s to e; returns the new k.
+    def thin(xs, s, e, centre, radius, rows, near, first, m, chosen, t):
+        """The candidates first to m closer than radius to one of the particles s to e, into `chosen`; returns how many.
         |x_j - x_i|^2 = |x_j|^2 - 2 x_j . x_i + |x_i|^2, with the smallest of the last two terms kept."""
         for lane in range(lanes):
             i = min(s + lane, e - 1)
@@ -117,7 +147,7 @@ def make_search(lanes: int, dim: int, compact: bool = False):
                 t[lane, d] = f32(-2) * a
                 own2 += a * a
             t[lane, 3] = own2
-        bx, by, bz = near[0], near[1], near[2]
+        bx, by, bz, k = near[0], near[1], near[2], 0
         for q in range(first, m, W):
             X, Y = load(bx, q, W), load(by, q, W)
             far = X * X + Y * Y
@@ -132,19 +162,19 @@ def make_search(lanes: int, dim: int, compact: bool = False):
                     v = v + Z * other(t, lane, 2, W)
                 best = minimum(best, v)
             hits = bits_below(best + far, radius * radius) & ((1 << min(m - q, W)) - 1)
-            append(lst, k, load(rows, q, W), hits)
+            append(chosen, k, load(rows, q, W), hits)
             k += count_bits(hits)
         return k
 
     @compiled(lanes, dim, compact)
     def search(
         counter, bounds, own_start, own_row, xs, starts, first_rows, pieces, cell, shape, radius, longest,
-        group_offset, list_offset, group_count, group, span, lst, idle,
+        group_offset, list_offset, group_count, group, span, steps, idle,
     ):  # fmt: skip
         """Chunk c: groups from group_offset[c] on, lists from list_offset[c] on; group_count[c] is -1 where the list
         has no room, -2 where a run has too many candidates, -3 where the groups have no room."""
         t = np.empty((lanes, 4), f32)
-        rows = np.empty(CANDIDATES, np.int32)
+        rows, chosen = np.empty(CANDIDATES, np.int32), np.empty(CANDIDATES, np.int32)
         near = np.empty((3, CANDIDATES), f32)
         centre = np.zeros(3, f32)
         cut = np.zeros(3, np.int64)
@@ -152,7 +182,7 @@ def make_search(lanes: int, dim: int, compact: bool = False):
             c = claim(counter)
             if c >= bounds.size - 1:
                 break
-            g, k, room = group_offset[c], list_offset[c], list_offset[c + 1] - slack
+            g, k, room = group_offset[c], list_offset[c], list_offset[c + 1]
             s, end = own_row + bounds[c], own_row + bounds[c + 1]
             pencil = pencil_of(own_start, shape, bounds[c])
             fault = 0
@@ -170,27 +200,27 @@ def make_search(lanes: int, dim: int, compact: bool = False):
                         n += 1
                     searched = 0 if idle[s] else pieces
                 m = 0
-                for piece in range(searched):
-                    if m >= 0:
+                for piece in range(2):
+                    if m >= 0 and piece < searched:
                         m = gather(
                             xs, s, n, starts[piece], first_rows[piece], cell, shape, radius, rows, near, m, centre
                         )
                     cut[piece + 1] = m
                 if m < 0:
                     fault = -2
-                elif k > room:
-                    fault = -1
                 elif g + RUN // lanes >= group_offset[c + 1]:
                     fault = -3
                 while s < n and fault == 0:
                     e = min(s + lanes, n)
                     group[g] = s
                     span[g, 0] = k - list_offset[c]
-                    for piece in range(searched):
-                        k = thin(xs, s, e, centre, radius, rows, near, cut[piece], cut[piece + 1], lst, k, t)
+                    for piece in range(2):
+                        found = thin(xs, s, e, centre, radius, rows, near, cut[piece], cut[piece + 1], chosen, t)
+                        span[g, ROW + piece] = chosen[0] if found else 0
+                        k = put_steps(chosen, found, steps, k, room)
                         span[g, piece + 1] = k - list_offset[c]
-                    for piece in range(searched, 2):
-                        span[g, piece + 1] = k - list_offset[c]
+                    if k < 0:
+                        fault = -1
                     g, s = g + 1, e
             group[g] = s
             group_count[c] = fault if fault else g - group_offset[c]
@@ -201,17 +231,18 @@ def make_search(lanes: int, dim: int, compact: bool = False):
 class Neighbours:
     """Groups and lists of one kind of particle (fluid or boundary).
 
-    Sweeps take `groups`, a tuple (group_offset, group_count, group, span, list_offset, list): the groups of chunk c are
-    g = group_offset[c] .. + group_count[c]; group g holds rows group[g] to group[g + 1]; its fluid neighbours are
-    list[list_offset[c] + span[g, 0] : ... + span[g, 1]], its boundary neighbours follow up to span[g, 2].
+    Sweeps take `groups`, a tuple (group_offset, group_count, group, span, list_offset, steps): the groups of chunk c are
+    g = group_offset[c] .. + group_count[c]; group g holds rows group[g] to group[g + 1]; its fluid neighbours are the rows that
+    steps[list_offset[c] + span[g, 0] : ... + span[g, 1]] lead to from row span[g, 3] on, and its boundary neighbours follow,
+    up to span[g, 2], from row span[g, 4] on. `rows_of` gives the rows.
     """
 
     def __init__(self, lanes: int, dim: int, spacing: float, support: float, team: Team):
         self.lanes, self.dim, self.team = lanes, dim, team
         self._radius, self._longest = f32(support * 1.0001), f32(12 * spacing)
         self._need = self._groups = np.empty(0)  # list entries and groups of each chunk, learnt from step to step
-        self._list = np.empty(0, np.int32)
-        self._group, self._span = np.empty(0, np.int32), np.empty((0, 3), np.int32)
+        self._steps = np.empty(0, np.uint16)
+        self._group, self._span = np.empty(0, np.int32), np.empty((0, ROW + 2), np.int32)
         self.bounds = np.zeros(2, np.int64)
 
     def update(
@@ -234,18 +265,18 @@ class Neighbours:
             self._need = np.diff(bounds) * (28.0 if self.dim == 3 else 8.0)
             self._groups = np.diff(bounds) * (2.0 / self.lanes)
         while True:
-            list_offset = _offsets(self._need * SPARE_ROOM + slack_of(self.lanes))
+            list_offset = _offsets(self._need * SPARE_ROOM)
             group_offset = _offsets(self._groups * SPARE_GROUPS + 2 + RUN // self.lanes)
             if len(self._group) < group_offset[-1]:
                 places = int(SPARE_MEMORY * group_offset[-1])
-                self._group, self._span = np.empty(places, np.int32), np.empty((places, 3), np.int32)
-            if not list_offset[-1] <= self._list.size <= MOST_SPARE * list_offset[-1]:
-                self._list = None  # before the new one is made
-                self._list = np.empty(int(SPARE_MEMORY * list_offset[-1]), np.int32)
+                self._group, self._span = np.empty(places, np.int32), np.empty((places, ROW + 2), np.int32)
+            if not list_offset[-1] <= self._steps.size <= MOST_SPARE * list_offset[-1]:
+                self._steps = None  # before the new one is made
+                self._steps = np.empty(int(SPARE_MEMORY * list_offset[-1]), np.uint16)
             self.team.run(
                 make_search(self.lanes, self.dim, grid.compact), bounds, own.start, own_row, xs, starts, rows, len(others),
                 grid.cell.astype(f32), grid.shape, self._radius, self._longest,
-                group_offset, list_offset, group_count, self._group, self._span, self._list, idle,
+                group_offset, list_offset, group_count, self._group, self._span, self._steps, idle,
             )  # fmt: skip
             if group_count.min() >= 0:
                 break
@@ -255,16 +286,31 @@ class Neighbours:
                     "unstable; take a smaller numerics.courant or numerics.mach"
                 )
             short, few = group_count == -1, group_count == -3
-            self._need[short] = 1.3 * self._need[short] + slack_of(self.lanes)  # it may have been 0: dry walls
+            self._need[short] = 1.3 * self._need[short] + MORE_ROOM  # it may have been 0: dry walls
             self._groups[few] = 1.5 * self._groups[few] + RUN
         last = group_offset[:-1] + np.maximum(group_count, 1) - 1
         self._groups = group_count.astype(float)
         self._need = np.where(group_count > 0, self._span[last, 2], 0).astype(float)
-        self.groups = (group_offset, group_count, self._group, self._span, list_offset, self._list)
+        self.groups = (group_offset, group_count, self._group, self._span, list_offset, self._steps)
 
     @property
     def nbytes(self) -> int:
-        return self._list.nbytes + self._group.nbytes + self._span.nbytes
+        return self._steps.nbytes + self._group.nbytes + self._span.nbytes
+
+
+@exact
+def rows_of(groups):
+    """Rows that the steps of all lists lead to, int32, each at the place of its step."""
+    offset, count, _, span, list_offset, steps = groups
+    rows = np.zeros(steps.size, np.int32)
+    for c in range(count.size):
+        for g in range(offset[c], offset[c] + count[c]):
+            for part in range(2):
+                row = span[g, ROW + part]
+                for n in range(list_offset[c] + span[g, part], list_offset[c] + span[g, part + 1]):
+                    row += steps[n]
+                    rows[n] = row
+    return rows
 
 
 def _offsets(rooms: np.ndarray) -> np.ndarray:

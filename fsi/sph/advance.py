@@ -29,7 +29,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
     book = _make_book(dim)
 
     def advance(
-        i, sums, chunk, walls_from, walls_to, neighbours, trial, field, coefficients, label, position, velocity, pressure,
+        i, sums, chunk, walls_from, walls_to, walls_row, steps, trial, field, coefficients, label, position, velocity, pressure,
         body_force, k, dt, zones, first, boundary, boundary_velocity, owner, centre, impulse, totals,
     ):  # fmt: skip
         if label[i] < 0:  # a ghost, dropped after this
@@ -44,7 +44,7 @@ def make_advance(dim: int, guarded: bool, sponge: bool, shifted: bool, dense: bo
             a = (u[d] - trial[i, U + d]) / dt + body_force[d]
             acceleration2 += a * a
         near_walls = guarded and nearest < k.guard2
-        walls = walls_from, walls_to, neighbours, first, boundary, boundary_velocity
+        walls = walls_from, walls_to, steps, walls_row - first, boundary, boundary_velocity
         if near_walls:
             guard_velocity(x, u, walls, (owner, centre, mass / dt, impulse[chunk]), k, dt, totals[chunk])
         if sponge:

@@ -35,10 +35,10 @@ def make_guard(dim: int):
     """`bend(x, way, walls, account, k, dt)`: the way of a particle in this step, bent so that it does not end where
     phi is above the level.
 
-    x (DIM,): where it is. walls: (near, far, list, first, boundary, boundary_velocity), its wall particles are
-    list[near:far] - first. account: (owner, centre, weight, taken), what bends the way, times weight, is an impulse on the
-    owners, added with its moment to taken (owners, 6), as integers, whose sum does not depend on the order; the last two
-    columns of centre say how many there are to 1 N s, and to 1 N m s."""
+    x (DIM,): where it is. walls: (near, far, steps, first, boundary, boundary_velocity), its wall particles are those that
+    steps[near:far] lead to from `first` on. account: (owner, centre, weight, taken), what bends the way, times weight, is an
+    impulse on the owners, added with its moment to taken (owners, 6), as integers, whose sum does not depend on the order; the
+    last two columns of centre say how many there are to 1 N s, and to 1 N m s."""
     DIM = dim
 
     @helper(dim)
@@ -55,10 +55,10 @@ def make_guard(dim: int):
     def crowding(x, way, walls, owner, last, k, time, gradient, apart):
         """phi of the walls of owners up to the `last` after a part of the way, and the sum of the sizes of its gradient's
         parts; the gradient into `gradient`. The last bits of these sums do not depend on wall particles out of reach."""
-        phi, parts, (near, far, lst, first, _, _) = 0.0, 0.0, walls
+        phi, parts, (near, far, steps, b, _, _) = 0.0, 0.0, walls
         gradient[:] = 0.0
         for n in range(near, far):
-            b = lst[n] - first
+            b += steps[n]
             close = closeness_to(b, x, way, walls, k, time, apart)
             if close > 0.0 and owner[b] <= last:
                 phi = plus(phi, close * close)
@@ -83,10 +83,10 @@ def make_guard(dim: int):
     def push(x, way, walls, account, last, k, time, size, gradient, apart):
         """Move the end of the way by -size times the gradient of phi; each wall particle's part of that is an impulse on
         its owner."""
-        near, far, lst, first, _, _ = walls
+        near, far, steps, b, _, _ = walls
         owner, centre, weight, taken = account
         for n in range(near, far):
-            b = lst[n] - first
+            b += steps[n]
             close = closeness_to(b, x, way, walls, k, time, apart)
             if close > 0.0 and owner[b] <= last:
                 for d in range(DIM):
@@ -99,9 +99,10 @@ def make_guard(dim: int):
     def survey(x, way, walls, k, dt):
         """In one pass, for most particles are far from trouble: phi at the start and at the end of the way, and the longest
         way [m] relative to the wall particles that it might reach."""
-        before, behind, length2, (near, far, lst, first, boundary, boundary_velocity) = 0.0, 0.0, 0.0, walls
+        before, behind, length2, (near, far, steps, b, boundary, boundary_velocity) = 0.0, 0.0, 0.0, walls
         for n in range(near, far):
-            b, start2, end2, way2 = lst[n] - first, 0.0, 0.0, 0.0
+            b += steps[n]
+            start2, end2, way2 = 0.0, 0.0, 0.0
             for d in range(DIM):
                 apart, step = x[d] - boundary[b, d], way[d] - dt * boundary_velocity[b, d]
                 start2 += apart * apart

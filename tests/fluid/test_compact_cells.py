@@ -11,7 +11,7 @@ from fsi.errors import SceneError
 from fsi.fluid.fluid import Fluid
 from fsi.particles.cells import Grid
 from fsi.particles.layout import build
-from fsi.particles.neighbours import Neighbours
+from fsi.particles.neighbours import Neighbours, rows_of
 from fsi.particles.sorts import make_sort
 from fsi.scene.check import check_scene
 
@@ -35,7 +35,8 @@ def searched(grid: Grid, points, walls, threads: int = 1):
     xs[:, :m], xs[:, m : m + b] = (points[order[:m]] - grid.lower).T, (walls[order_dry[:b]] - grid.lower).T
     near = Neighbours(8, dim, 0.08, 0.16, team)
     near.update(wet, 0, xs, [(wet, 0), (dry, m)])
-    first, count, group, span, start, lst = near.groups
+    first, count, group, span, start, _ = near.groups
+    lst = rows_of(near.groups)
     found = [order, order_dry]
     for c in range(len(count)):
         end = first[c] + count[c]

@@ -9,14 +9,16 @@ from tanks import random_fluid
 
 from fsi.compute.team import Team
 from fsi.particles.cells import CellSort, Grid
+from fsi.particles.neighbours import LONGEST, put_steps, rows_of
 
 
 def lists(near):
     """(first row, last row, fluid neighbours, boundary neighbours) of every group."""
-    offset, count, group, span, list_offset, lst = near.groups
+    offset, count, group, span, list_offset, _ = near.groups
+    lst = rows_of(near.groups)
     for c in range(len(count)):
         for g in range(offset[c], offset[c] + count[c]):
-            cuts = list_offset[c] + span[g]
+            cuts = list_offset[c] + span[g, :3]
             yield group[g], group[g + 1], lst[cuts[0] : cuts[1]], lst[cuts[1] : cuts[2]]
 
 
@@ -65,6 +67,51 @@ def test_walls_that_were_dry_get_their_lists_when_water_comes():
     after = [np.concatenate(group[2:]) for group in lists(fluid.solids.near)]
     assert sum(map(len, after)) > 4096
     assert all((a == b).all() for a, b in zip(before, after, strict=True))
+
+
+def test_a_step_over_many_rows_becomes_several():
+    """A list ends exactly where its room does, and not beyond."""
+    rows = np.array([7, 8, LONGEST + 8, 2 * LONGEST + 9, 300_000, 1_000_000], np.int32)
+    steps = np.zeros(40, np.uint16)
+    end = put_steps(rows, len(rows), steps, 3, len(steps))
+    found = rows[0] + np.cumsum(steps[3:end].astype(int))
+    assert set(rows) <= set(found) and len(found) == len(set(found)) and found[-1] == rows[-1]
+    assert put_steps(rows, len(rows), steps, 3, end) == end and put_steps(rows, len(rows), steps, 3, end - 1) == -1
+    assert put_steps(rows[:2], 2, steps, 0, 2) == 2 and put_steps(rows[:2], 2, steps, 0, 1) == -1
+    assert put_steps(rows, 0, steps, 40, 40) == 40 and put_steps(rows, 0, steps, -1, 40) == -1
+
+
+def hopping(near):
+    """The groups of `near` with lists of the shortest steps that `put_steps` allows now, and by how much longer they are."""
+    offset, count, group, span, list_offset, steps = near.groups
+    span, steps, rows = span.copy(), np.zeros(20 * steps.size, np.uint16), rows_of(near.groups)
+    ends, k, before = [0], 0, 0
+    for c in range(len(count)):
+        for g in range(offset[c], offset[c] + count[c]):
+            cuts = list_offset[c] + span[g, :3]
+            span[g, 0] = k - ends[c]
+            for part in range(2):
+                there = rows[cuts[part] : cuts[part + 1]]
+                k = put_steps(there, len(there), steps, k, len(steps))
+                span[g, part + 1], before = k - ends[c], before + len(there)
+        ends.append(k)
+    return (offset, count, group, span, np.array(ends), steps), k - before
+
+
+@pytest.mark.parametrize("dim, count", [(2, 40), (3, 14)])
+def test_rows_out_of_reach_on_the_way_change_no_bit(dim, count, monkeypatch):
+    states = []
+    for longest in (LONGEST, 5):
+        fluid = random_fluid(dim, "single", count, boundary=True)
+        monkeypatch.setattr("fsi.particles.neighbours.LONGEST", longest)
+        for near in (fluid.near, fluid.solids.near):
+            near.groups, more = hopping(near)
+            assert (more > 0) == (longest == 5)
+        fluid.predict()
+        wrench = fluid.pressure(np.zeros((fluid.owners, 6)))
+        sums, impulse = fluid.correct()
+        states.append([*fluid.particles.state().values(), wrench, sums, impulse])
+    assert all(np.array_equal(a, b) for a, b in zip(*states, strict=True))
 
 
 @pytest.mark.parametrize("threads", [1, 3])

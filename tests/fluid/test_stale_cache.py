@@ -19,7 +19,8 @@ from fsi.sph.walls import make_drag
 rows = np.random.default_rng(1).random((20, 4))
 values = dict.fromkeys(Constants._fields, 0.0) | {"inverse_support": 0.4, "eta2": 0.03, "mass": 2.0, "viscous_factor": 3.0}
 force, one = np.zeros((4, 2)), lambda *numbers: np.array(numbers, np.int32)
-groups = np.zeros(1, np.int64), np.ones(1, np.int64), one(16, 20), one((0, 16, 16)), np.zeros(1, np.int64), one(*range(16))
+steps = np.ones(16, np.uint16)
+groups = np.zeros(1, np.int64), np.ones(1, np.int64), one(16, 20), one((0, 16, 16, -1, 16)), np.zeros(1, np.int64), steps
 make_drag(4, 2)(np.zeros(1, np.int64), np.array([0, 4]), groups, 16, rows, np.ones(4, np.int32), 1, force, Constants(**values))
 print(force.tolist())
 """
