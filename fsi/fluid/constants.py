@@ -13,7 +13,7 @@ from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
 from fsi.sph.columns import Constants
 
-SEA = 3.0  # times what damps the slowest mode in a step, of a sea without bodies; from 4 on it grows (docs/guide/waves.md)
+SEA = 2.0  # times what damps the slowest mode in a step, of a sea without bodies, beside `fsi.fluid.volume`
 HEAD = 4.0  # spacings of water, up to whose pressure the rows under the surface count more than once
 
 
@@ -71,6 +71,7 @@ def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
         up_z=up[-1],
         relaxation=density_relaxation(scene, depth),
         suction=1.0,
+        draw=0.0,
         density=rho,
         mass=mass * (scene.tank.width if dim == 2 else 1.0),
         shifting=scene.shifting * h * h * slope * volume,

@@ -22,6 +22,7 @@ from fsi.fluid.pressure import make_solver, two_fields
 from fsi.fluid.response import LinearResponse, box_around
 from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
+from fsi.fluid.volume import Volume
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
 from fsi.particles.cells import FEW_CELLS, Grid, whole
@@ -48,8 +49,9 @@ class Fluid:
 
     particles: the fluid particles; placed: the boundary particles where their owners have put them; solids: how these act on
     the fluid, a `BoundaryTreatment`; solver: a `PressureSolver`; rheology: of viscosities that vary, None without; standing:
-    the pressure that stands anyway, None without; force: the body force; halo: the ghosts; near: the neighbours of the fluid
-    particles; work: the memory of a step; departed: what has left the domain; reductions: sums over all particles.
+    the pressure that stands anyway, None without; volume: of a sea without bodies, None elsewhere; force: the body force;
+    halo: the ghosts; near: the neighbours of the fluid particles; work: the memory of a step; departed: what has left the
+    domain; reductions: sums over all particles.
     `k`, `dt`: scalars of the scheme and time step [s], of this step.
     """
 
@@ -89,6 +91,7 @@ class Fluid:
         box = layout.domain_min, layout.domain_max
         self.vicinity = Vicinity(*box, reach, max(FEW_CELLS, count / reductions.processes), team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
+        self.volume = Volume(self.reductions) if scene.sea and not scene.bodies else None
         self.loads = None
         if layout.loads is not None:
             from fsi.fluid.loads import FixedLoads
@@ -219,6 +222,9 @@ class Fluid:
             self._predictor, near.bounds, near.groups, work.flow, work.trial, self.velocity, work.coefficients,
             self.force.uniform, self.k, self.dtype(self.dt),
         )  # fmt: skip
+        if self.volume:
+            self.volume.update(work.coefficients[: self.count, columns.DEFICIT][self.particles.own], self.k.relaxation)
+            self.k = self.k._replace(draw=self.dtype(self.volume.draw))
         if rheology and rheology.implicit:
             boundary_near = self.solids.near if self.solids.count else None
             self.solids.accelerate(self._acceleration, self.force.uniform)
@@ -411,6 +417,7 @@ class Fluid:
             **self.departed.state(),
             "residual": float(self.residual()),
             **({"standing": self.standing.state()} if self.standing else {}),
+            **({"volume": self.volume.state()} if self.volume else {}),
             "fields": self._whole({name: values.copy() for name, values in viscosities.items()}),
         }
 
@@ -427,6 +434,8 @@ class Fluid:
             self.standing.restore(state["standing"])
         if self.rheology:
             self.rheology.restore(state["rheology"])
+        if self.volume:
+            self.volume.restore(state["volume"])
         self.work.reserve(self.count)
         self.sort.inside, self.solids.count = -1, 0  # the cells and places are those of another step
         self._acceleration = np.array(state["acceleration"])

@@ -74,6 +74,7 @@ def scalars(scene: Scene, layout: Layout, dtype) -> Scalars:
         density=rho,
         mass=rho * layout.volume * (scene.tank.width if dim == 2 else 1.0),
         suction=1.0,
+        draw=0.0,
         guard_level=wall_guard.level(numerics.wall_guard),
         guard_reach2=(wall_guard.REACH * dr) ** -2,
         guard_piece=wall_guard.PIECE * dr,

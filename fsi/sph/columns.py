@@ -134,6 +134,7 @@ class Constants(NamedTuple):
     up_z: float
     relaxation: float  # gamma
     suction: float  # share of gamma where the density is too small, see `Fluid.begin`
+    draw: float  # by which the density counts as too small inside the fluid, see `fsi.fluid.volume`
     density: float
     mass: float
     shifting: float  # beta h^2 C V of the shift

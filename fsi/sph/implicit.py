@@ -66,6 +66,7 @@ class Scalars(NamedTuple):
     density: float
     mass: float
     suction: float  # not used
+    draw: float  # not used
     guard_level: float
     guard_reach2: float
     guard_piece: float

@@ -45,7 +45,8 @@ def make_source(lanes: int, dim: int, dense: bool):
 
     def finish(i, sums, trial, field, before, coefficients, k, dt, alpha):
         outflow, pull = sums
-        s_i = k.divergence_factor * outflow / dt + k.relaxation * coefficients[i, DEFICIT] / (dt * dt)
+        deficit = coefficients[i, DEFICIT] + k.draw * coefficients[i, INNER]
+        s_i = k.divergence_factor * outflow / dt + k.relaxation * deficit / (dt * dt)
         coefficients[i, SOURCE] = s_i
         p, jacobi = trial[i, P], (k.laplacian_factor * pull - s_i) / coefficients[i, DIAGONAL]
         inner = coefficients[i, INNER]
