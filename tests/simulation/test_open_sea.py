@@ -69,7 +69,7 @@ def test_the_density_of_a_sea_without_bodies_is_held_as_far_as_is_stable_under_i
     crest = depth + incident_waves(scene).crest
     plain = density_relaxation(box(sea=None), depth)
     found = density_relaxation(scene, depth)
-    assert found == pytest.approx(3 * plain * (depth / crest) ** 2) and found < 4 * plain * (depth / crest) ** 2
+    assert found == pytest.approx(2 * plain * (depth / crest) ** 2) and found < 4 * plain * (depth / crest) ** 2
     assert density_relaxation(box(numerics={"density_relaxation": 0.01}), depth) == 0.01
 
 
