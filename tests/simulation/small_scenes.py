@@ -15,6 +15,18 @@ walls = ["x-", "x+", "z-", "z+"]
 still_water_level = 0.5
 start = "zero"
 """
+OPEN_SEA = """
+spacing = 0.05
+duration = 1.0
+[tank]
+min = [-1.5, -0.5]
+max = [1.5, 0.2]
+[sea]
+zone = 0.7
+[sea.waves]
+wave_height = 0.1
+period = 1.2
+"""
 FLUME = ("spacing=0.07", "tank.max=[5.0, 0.49]", "tank.min=[0.0, -0.7]", "bodies.flap.position=[2.1, 0.0, 0.0]",
          "gauges.lee.x=3.0", "damping[0].start=4.0", "damping[0].end=5.0", "probes=", "waves.wave_height=0.2")  # fmt: skip
 IRREGULAR = ("waves.wave_height=", "waves.period=", "waves.kind=irregular", "waves.Hm0=0.15", "waves.peak_period=1.6")
@@ -38,6 +50,7 @@ SCENES = {
             "gauges.front.x=1.0",
         ),
     ),
+    "open_sea": (OPEN_SEA, ()),
     "flap_sea": ("flap", (*FLUME[:-1], *IRREGULAR, "waves.absorb=true")),
     "flap_fixed_point": ("flap", (*FLUME, "coupler.scheme=fixed_point")),
     "flap_lagged": ("flap", (*FLUME, "coupler.scheme=lagged")),
