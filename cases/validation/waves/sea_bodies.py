@@ -253,6 +253,7 @@ CASES = {
         truncated,
         Floater,
         {"response": 0.04},
+        "Draft of three spacings, and 2 to the height of the waves; as `sea_sphere`, which moves too little as well.",
         fails_when={"response": Wrong("a body that follows the surface", -0.25)},
     ),
     "sea_oblique": Case(
