@@ -27,8 +27,8 @@ from fsi.scene.model import Scene
 # a viscosity that varies, and for a sweep of implicit viscosity; bytes per particle.
 STEP, SWEEP = {2: 200.0, 3: 570.0}, {2: 29.0, 3: 81.0}
 VARIED, VISCOUS_SWEEP = {2: 120.0, 3: 230.0}, {2: 43.0, 3: 108.0}
-BYTES = {2: 215, 3: 330}
-PAIRS = {2: 600, 3: 2250}  # bytes per particle of the viscosity of pairs (`fsi.fluid.pair_laws`), in either precision
+BYTES = {2: 180, 3: 315}
+PAIRS = {2: 390, 3: 1150}  # bytes per particle of the viscosity of pairs (`fsi.fluid.pair_laws`), in either precision
 ITERATIONS = 20  # of implicit ISPH in a step, at its default tolerance and step
 DENSITIES = 1.15  # time of sweeps between liquids of unequal density
 DOUBLE, DOUBLE_BYTES = 1.65, 1.6  # time and memory of double-precision sweeps over single

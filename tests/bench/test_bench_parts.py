@@ -154,7 +154,7 @@ def test_every_phase_is_found_in_the_solver(block):
 
 def test_a_block_that_comes_apart_is_an_error(block):
     lost = Block(3, 1000)
-    lost.fluid.lost = 1
+    lost.fluid.departed.lost = 1
     with pytest.raises(RunError, match="come apart"):
         lost.check()
 
