@@ -217,9 +217,6 @@ CASES = {
         "Linear theory in deep water with the coefficients of Hulme (1982).",
         {"coarse": 0.06, "medium": 0.045, "paper": 0.03}, round_scene("sphere"),
         lambda sim: Swing(sim, ROUNDS["sphere"]), TARGET,
-        reasons="The level rises by 1.3 mm, 0.02 spacings, in the first 0.2 s, and the sphere's rest with it: heights over the"
-        " level give a decay 4.9 % too small in place of 10.9 %, and 2.4 % by three times the density relaxation, by which"
-        " the level falls by 0.7 mm and the plain reading is 0.2 % off. A fall of one spacing is little for this reading.",
     ),
     "decay_spar": Case(
         "decay_spar", "A spar of radius 0.2 m and draft 0.8 m in 2 m of water is let go 10 cm above its rest, 3D",
