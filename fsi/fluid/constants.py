@@ -8,6 +8,7 @@ import numpy as np
 
 from fsi.fluid.body_force import BodyForce
 from fsi.fluid.chebyshev import SOUND, iteration
+from fsi.fluid.volume import held
 from fsi.particles.layout import Layout
 from fsi.scene.model import Scene
 from fsi.sph import kernel, wall_guard
@@ -22,7 +23,7 @@ def density_relaxation(scene: Scene, depth: float) -> float:
     take more room, and the level of a sea without bodies is held by as much more as is stable under its crests."""
     if scene.numerics.density_relaxation is not None:
         return scene.numerics.density_relaxation
-    if scene.sea and not scene.bodies:
+    if held(scene):
         from fsi.scene.geometry import incident_waves
 
         return SEA * _damping(scene, depth + incident_waves(scene).crest)

@@ -22,7 +22,7 @@ from fsi.fluid.pressure import make_solver, two_fields
 from fsi.fluid.response import LinearResponse, box_around
 from fsi.fluid.rheology import Rheology, varies, viscid
 from fsi.fluid.timestep import TimeStep, sound_step
-from fsi.fluid.volume import Volume
+from fsi.fluid.volume import Volume, held
 from fsi.fluid.workspace import Workspace
 from fsi.owners import FIRST_BODY
 from fsi.particles.cells import FEW_CELLS, Grid, whole
@@ -91,7 +91,7 @@ class Fluid:
         box = layout.domain_min, layout.domain_max
         self.vicinity = Vicinity(*box, reach, max(FEW_CELLS, count / reductions.processes), team)
         self._acceleration = np.zeros((self.owners, 6))  # of the owners in the last step
-        self.volume = Volume(self.reductions) if scene.sea and not scene.bodies else None
+        self.volume = Volume(self.reductions) if held(scene) else None
         self.loads = None
         if layout.loads is not None:
             from fsi.fluid.loads import FixedLoads

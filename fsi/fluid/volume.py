@@ -10,8 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from fsi.compute.reduce import Reductions
+from fsi.scene.model import Scene
 
 COUNTED = 2.0**40  # parts of a particle's volume in which they are counted, so that the sum does not depend on any order
+
+
+def held(scene: Scene) -> bool:
+    """Whether the volume of a scene is held: splashes around bodies would count as volume."""
+    return scene.sea is not None and not scene.bodies
 
 
 class Volume:

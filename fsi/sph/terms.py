@@ -13,6 +13,7 @@ from fsi.compute.lanes import dot, maximum, minimum, sqrt
 
 LEAST = 0.25  # share of the artificial viscosity that always acts (docs/theory/numerics.md)
 
+
 @helper()
 def closeness(r2, inverse_support):
     """t: 1 at the particle, 0 from the edge of the support on."""

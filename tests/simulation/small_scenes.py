@@ -2,6 +2,7 @@
 built-in name, and its settings."""
 
 from cases.bench.identity import CHANNEL, LAYERS, SEA
+from cases.bench.rank_trials import OPEN_SEA
 from fsi.scene.file import load_scene
 
 CLOSED = """
@@ -14,18 +15,6 @@ walls = ["x-", "x+", "z-", "z+"]
 [fluid]
 still_water_level = 0.5
 start = "zero"
-"""
-OPEN_SEA = """
-spacing = 0.05
-duration = 1.0
-[tank]
-min = [-1.5, -0.5]
-max = [1.5, 0.2]
-[sea]
-zone = 0.7
-[sea.waves]
-wave_height = 0.1
-period = 1.2
 """
 FLUME = ("spacing=0.07", "tank.max=[5.0, 0.49]", "tank.min=[0.0, -0.7]", "bodies.flap.position=[2.1, 0.0, 0.0]",
          "gauges.lee.x=3.0", "damping[0].start=4.0", "damping[0].end=5.0", "probes=", "waves.wave_height=0.2")  # fmt: skip
