@@ -125,6 +125,7 @@ class Constants(NamedTuple):
     filled2: float  # in the next
     filled3: float  # in the third
     filled4: float  # in the fourth
+    inside: float  # that from which on a particle is no part of the surface
     excess1: float  # by how much more than once the pressure of the top row counts in the gradient
     excess2: float  # that of the next
     excess3: float  # that of the third

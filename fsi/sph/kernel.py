@@ -7,9 +7,12 @@ Its gradient is grad W = -F r_ij with F = (5 alpha / h^2) (1 - q/2)^3.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+FADE = 0.1  # filled part of the support over which a particle comes to be inside, see `innermost`
+DISORDER = 0.02  # by which that part is smaller than a lattice's where particles have moved
 
 
 def _normalisation(h: float, dim: int) -> float:
@@ -51,11 +54,13 @@ class SurfaceRows:
 
     filled (4,): part of their support that is filled, V sum F r^2 / dim, from the top row down; excess (3,): by how much more
     than once the pressure of the first three counts in the symmetric gradient, which then is rho g on every row under
-    hydrostatic pressure (see `surface_rows`).
+    hydrostatic pressure (see `surface_rows`); inside: filled part from which on a particle is no part of the surface
+    (`innermost`).
     """
 
     filled: tuple[float, float, float, float]
     excess: tuple[float, float, float]
+    inside: float = 1.0
 
 
 def surface_rows(smoothing_ratio: float, dim: int) -> SurfaceRows:
@@ -94,7 +99,9 @@ def lattice(spacing: float, h: float, dim: int) -> Lattice:
     weight = gradient_factor(r, h, dim) * r**2 / (r**2 + (0.1 * h) ** 2)
     second = spacing**dim * (weight * grid[:, 0] ** 2).sum()
     surface = surface_weight(grid[:, -1], weight, spacing)
-    return Lattice(value(r, h, dim).sum(), weight.sum(), second, surface, surface_rows(h / spacing, dim))
+    rows = surface_rows(h / spacing, dim)
+    rows = replace(rows, inside=innermost(rows.filled, grid[:, -1] / spacing, weight, surface))
+    return Lattice(value(r, h, dim).sum(), weight.sum(), second, surface, rows)
 
 
 def surface_weight(z: np.ndarray, weight: np.ndarray, spacing: float) -> float:
@@ -104,3 +111,31 @@ def surface_weight(z: np.ndarray, weight: np.ndarray, spacing: float) -> float:
     missing = z > 0.5 * spacing
     lift = -(weight * z)[~missing].sum()  # sum a (z_i - z_j) over the neighbours that exist
     return lift / (weight[missing].sum() * 0.5 * spacing)
+
+
+def innermost(filled: tuple[float, ...], rise: np.ndarray, weight: np.ndarray, surface: float) -> float:
+    """Filled part of the support from which on a particle is inside, to two digits: 0.88 in two dimensions and 0.92 in three
+    at h = 2 dr.
+
+    The top row feels the surface whole, as particles at p = 0 with the weight `surface`; the second in the share g at which
+    the solved pressure of still water is that of its depth further down:
+    sum a (p_i - p_j) + surface g_i p_i sum_missing a = 0, with p given from the eighth row on and the product g p_i of the
+    second unknown in its place. Without it (g = 0) the pressure at h = 1.5 dr is that of 0.25 spacings more depth, at
+    2 dr of 0.75. The third row stays inside: where it is near the second (h below 1.5 dr), g is what fits."""
+    given, reach = 7, int(rise.max())
+    by_row = np.array([weight[np.isclose(rise, row)].sum() for row in range(-reach, reach + 1)])
+    link = np.zeros((given + 1, given + 1 + reach))  # of a row by the pressure of another
+    missing = np.zeros(given + 1)
+    for row in range(given + 1):
+        for other, a in enumerate(by_row, start=row - reach):
+            if other < 0:
+                missing[row] += a
+            else:
+                link[row, row] += a
+                link[row, other] -= a
+    link[0, 0] += surface * missing[0]
+    unknown = np.column_stack([link[:, :given], np.where(np.arange(given + 1) == 1, surface * missing, 0.0)])
+    head = np.arange(given, link.shape[1]) + 0.5
+    *pressure, product = np.linalg.lstsq(unknown, -link[:, given:] @ head, rcond=None)[0]
+    share = min(1.0, max(0.0, product / pressure[1]))
+    return round(min(filled[1] + FADE * share, filled[2] - DISORDER), 2)

@@ -13,6 +13,7 @@ from fsi.compute.lanes import component, dot, other, other_vector, own, own_vect
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.columns import COUNTS, DEFICIT, DIAGONAL, INNER, SUPPORT
+from fsi.sph.kernel import FADE
 from fsi.sph.terms import (
     approach_limiter,
     artificial_viscosity,
@@ -25,9 +26,6 @@ from fsi.sph.terms import (
     viscous,
 )
 
-# Filled part of the support from which on a particle is inside. The second row under a surface has 0.81 in 2D and 0.86 in 3D,
-# and counts by two thirds: then the pressure of still water is that of its depth (docs/theory/numerics.md).
-INSIDE = {2: 0.88, 3: 0.92}
 SPRAY = 0.45  # filled part of the support up to which a particle belongs to no surface
 FLAT = 0.3  # of the way from row to row over which the excess stays, so that small motions of a row do not change it
 
@@ -59,9 +57,9 @@ def surface_excess(filled, p, k):
 
 
 @helper()
-def surface_gate(position_divergence, inside):
-    """1 at the free surface, 0 inside, from div r / dim: from `inside` (`INSIDE`) on, and 1 below that by 0.1."""
-    return min(1.0, max(0.0, (inside - position_divergence) / 0.1))
+def surface_gate(filled, inside):
+    """1 at the free surface, 0 from `inside` on (`fsi.sph.kernel.innermost`), by the filled part of the support div r / dim."""
+    return min(1.0, max(0.0, (inside - filled) / FADE))
 
 
 @cache
@@ -75,7 +73,7 @@ def make_predictor(
     is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip";
     `artificial` viscosity is whole or `limited`. No sum depends on neighbours out of reach, not in its last bit either.
     Without a `surface` a gap between particles is no free surface, and the shift closes it."""
-    L, DIM, Z, INNERMOST = lanes, dim, dim - 1, INSIDE[dim]
+    L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
     U_NEW, FILLED, P = columns.trial(dim).of("u filled p")
     no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
@@ -132,7 +130,7 @@ def make_predictor(
         laplacian, density, spread, force, linked, solid = sums
         a_ii = k.laplacian_factor * laplacian
         filled = k.divergence_factor * spread / DIM
-        gate = surface_gate(filled, INNERMOST) if surface else 0.0
+        gate = surface_gate(filled, k.inside) if surface else 0.0
         missing = max(0.0, k.lattice_laplacian - a_ii)
         deficit = 1.0 - k.density_factor * density
         if dense:

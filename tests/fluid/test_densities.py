@@ -10,7 +10,6 @@ from fsi.particles.layout import Layout
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 from fsi.sph.columns import COUNTS, DIAGONAL, SOURCE
-from fsi.sph.predictor import INSIDE
 
 REST = np.zeros((2, 6))
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
@@ -45,7 +44,7 @@ def test_pressure_equation_and_gradient_match_all_pairs(dim, precision, toleranc
     both = np.hstack([np.tile(r, (n, 1)), np.tile(r[:, None], fluid.solids.count)])  # a wall's is its partner's
     link = 2 / (r[:, None] + both)
     a = 2 / 1000 * volume * F * r2 / (r2 + (0.1 * h) ** 2) * link
-    inside = (F * r2).sum(1) * volume / dim > INSIDE[dim] + 1e-3
+    inside = (F * r2).sum(1) * volume / dim > fluid.k.inside + 1e-3
     diagonal = fluid.work.coefficients[:n, DIAGONAL].astype(float)
     assert np.abs(diagonal - a.sum(1))[inside].max() <= 10 * tolerance * diagonal.max()
     trial = fluid.work.trial[: n + fluid.solids.count, dim].astype(float)

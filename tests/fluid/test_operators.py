@@ -6,7 +6,6 @@ from tanks import pairs, random_fluid
 
 from fsi.sph import kernel
 from fsi.sph.columns import DEFICIT, DIAGONAL
-from fsi.sph.predictor import INSIDE
 
 CASES = [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5), (3, "single", 3e-5)]
 REST = np.zeros((2, 6))
@@ -44,7 +43,7 @@ def test_predictor_matches_all_pairs(dim, precision, tolerance, limiter):
     compressed = deficit < 0  # elsewhere the gate of the free surface reduces it
     close(fluid.work.coefficients[:n, DEFICIT][compressed], deficit[compressed], 100 * tolerance)
     own = 2 / 1000 * volume * a.sum(1)
-    inside = (F * r2).sum(1) * volume / dim > INSIDE[dim] + 1e-3
+    inside = (F * r2).sum(1) * volume / dim > fluid.k.inside + 1e-3
     close(fluid.work.coefficients[:n, DIAGONAL][inside], own[inside], tolerance)
     assert (fluid.work.coefficients[:n, DIAGONAL] >= own * (1 - tolerance)).all()
 
