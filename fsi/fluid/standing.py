@@ -67,6 +67,7 @@ class Standing(Remembers):
         self._pressure = columns.field(self._dim).p
         self.level: float | None = None
         self.hulls: list[tuple[np.ndarray, np.ndarray]] = []
+        self._rotation = np.empty((0, 3, 3))
         self.piston = bool((layout.owner == PISTON).any())
         self._width = scene.tank.width if self._dim == 2 else 1.0
         self._out = False

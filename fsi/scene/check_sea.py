@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from fsi.errors import SceneError
+from fsi.scene.check_waves import slow_waves
 from fsi.scene.geometry import (
     ZONE_POWER,
     drifting_waves,
@@ -168,6 +169,7 @@ def sea_warnings(scene: Scene) -> list[str]:
             f"sea.{line}" if line.startswith("waves") else line
             for line in drifting_waves(scene).warnings(_water(scene))
         ),
+        *slow_waves(scene, drifting_waves(scene)),
         *_own(scene),
     ]
 
