@@ -113,8 +113,8 @@ def slow_waves(scene: Scene, waves: WaveKind) -> Iterator[str]:
     if lost > SLOW:
         enough = water.spacing * (SLOW / lost) ** (1 / ORDER)
         yield (
-            f"spacing: {water.spacing:g} m gives {length / water.spacing:.0f} particles over the wave length {length:.3g} m; such "
-            f"waves run about {100 * lost:.0f} % too slow, {100 * SLOW:.0f} % with {enough:.2g} m (docs/guide/waves.md)"
+            f"spacing: {water.spacing:g} m gives {length / water.spacing:.0f} particles over the wave length {length:.3g} m; "
+            f"such waves run about {100 * lost:.0f} % too slow, {100 * SLOW:.0f} % with {enough:.2g} m (docs/guide/waves.md)"
         )
 
 
