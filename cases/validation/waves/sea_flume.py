@@ -1,12 +1,19 @@
-"""The same flap in a box with a sea around it and in a flume, two dimensions: `python -m cases.validation.waves.sea_flume`.
+"""The same body in a box with a sea around it and in a flume: `python -m cases.validation.waves.sea_flume [NAME]`.
 
-The flap of `owsc_2d`, submerged, in waves of 0.15 m and 1.34 s. `pitch`: its amplitude in the box over that in the flume.
-The flume brings the waves over 3.5 m, waits for its ramp and their way, and ends in a damping zone of one wave length.
+`sea_flume`, two dimensions: the flap of `owsc_2d`, submerged, in waves of 0.15 m and 1.34 s. `pitch`: its amplitude in the box
+over that in the flume. The flume brings the waves over 3.5 m, waits for its ramp and their way, and ends in a damping zone
+of one wave length.
+
+`sea_flume_sphere`, `sea_flume_truncated`, three dimensions: bodies of `sea_sphere` and `sea_truncated` in a flume in place of
+their box. `heave`: amplitude in the box over that in the flume. The piston is one and a half wave lengths before the body,
+a damping zone of one begins three quarters behind it, and the side walls are so far away that what the body sends out comes
+back from them after the record ends.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -16,9 +23,11 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.engine.scenes import builder, spacings
-from cases.validation.engine.several import runs, variant_scene
+from cases.validation.engine.several import Variants, runs, variant_scene
 from cases.validation.engine.solvers import DEFAULT
 from cases.validation.theory.separation import first_harmonic
+from cases.validation.waves.sea_bodies import CASES as FLOATING
+from cases.validation.waves.sea_bodies import FLOATERS
 from cases.validation.waves.wavemaker import NUMERICS
 from fsi.scene.binding import bind
 from fsi.simulation.loop import Simulation
@@ -28,10 +37,13 @@ PERIOD, HEIGHT, DEPTH = 1.34, 0.15, 0.7
 OMEGA = 2 * math.pi / PERIOD
 LENGTH = 2 * math.pi / wavenumber(OMEGA, DEPTH, 9.81)
 PERIODS, RECORD = 8, 3  # in the box, and of the record in both
+FLUME_PERIODS = 9  # with a body that floats: three for the way of the waves, two for the ramp
 
 
-class Pitch(Measure):
-    """Amplitude of the hinge's first harmonic over the last periods, particles, and processor time."""
+class Swing(Measure):
+    """Amplitude of the first joint's first harmonic over the last periods of the waves, and processor time."""
+
+    omega, record = OMEGA, RECORD
 
     def begin(self, sim: Simulation) -> None:
         self.time, self.angle, self.sim, self._began = [], [], sim, time.process_time()
@@ -42,12 +54,12 @@ class Pitch(Measure):
 
     def amplitude(self) -> float:
         t, angle = np.array(self.time), np.array(self.angle)
-        late = t > t[-1] - RECORD * PERIOD
+        late = t > t[-1] - self.record * 2 * math.pi / self.omega
         self.seconds = time.process_time() - self._began
-        return float(abs(first_harmonic(t[late], angle[late, None], OMEGA)[0]))
+        return float(abs(first_harmonic(t[late], angle[late, None], self.omega)[0]))
 
 
-def variants(spacing: float, folder: Path) -> Mapping[str, dict]:
+def flap(spacing: float, folder: Path) -> Mapping[str, dict]:
     """The flume as it is, and a box of two wave lengths in its place."""
     flume = builder("owsc_2d")(spacings("owsc_2d")["coarse"], folder)
     foot, half = flume["bodies"]["flap"]["position"][0], round(LENGTH / spacing) * spacing
@@ -57,41 +69,83 @@ def variants(spacing: float, folder: Path) -> Mapping[str, dict]:
     return {name: scene | {"numerics": NUMERICS} for name, scene in (("flume", flume), ("box", box))}
 
 
-def judge(seen: Mapping[str, Pitch]) -> dict[str, float]:
+def judge(seen: Mapping[str, Swing]) -> dict[str, float]:
     box, flume = (seen[name].amplitude() for name in ("box", "flume"))
     return {"pitch": box / flume - 1}
 
 
-NAMES = ("sea_flume",)
+def floating(name: str) -> Variants:
+    """The body of the case `name` of `sea_bodies` in a flume, and in its box."""
+
+    def both(spacing: float, folder: Path) -> Mapping[str, dict]:
+        water = FLOATERS[name]
+        box = FLOATING[name].scene(spacing, folder) | {"numerics": {"artificial_viscosity": 0.0}}
+        before, beach, side = (round(n * water.length / spacing) * spacing for n in (1.5, 0.75, 1.5))
+        end, top = beach + round(water.length / spacing) * spacing, box["tank"]["max"][2]
+        flume = {key: value for key, value in box.items() if key != "sea"} | {
+            "tank": {"min": [-before, -side, -water.depth], "max": [end, side, top]},
+            "waves": box["sea"]["waves"],
+            "damping": [{"start": beach, "end": end, "rate": 2.5 * water.omega}],
+            "duration": FLUME_PERIODS * water.period,
+        }
+        return {"flume": flume, "box": box}
+
+    return both
+
+
+def floater(name: str, body: str) -> Case:
+    other = FLOATING[body]
+
+    class Heave(Swing):
+        omega, record = FLOATERS[body].omega, 2
+
+    return Case(
+        name,
+        f"{other.title}, against a flume",
+        "The same body in the flume at the same spacing.",
+        other.spacing,
+        lambda spacing, folder: VARIANTS[name](spacing, folder)["box"],
+        Heave,
+        {"heave": 0.03},
+        run=runs(VARIANTS[name], Heave, lambda seen: {"heave": seen["box"].amplitude() / seen["flume"].amplitude() - 1}),
+        fails_when={"heave": Wrong("waves a tenth too low in the box", -0.1)},
+    )
+
+
+FLOATERS_IN = {"sea_flume_sphere": "sea_sphere", "sea_flume_truncated": "sea_truncated"}
+VARIANTS = {"sea_flume": flap} | {name: floating(body) for name, body in FLOATERS_IN.items()}
+NAMES = ("sea_flume", *FLOATERS_IN)
 CASES = {
     "sea_flume": Case(
         "sea_flume",
         "The submerged flap of owsc_2d in a box with a sea around it against the flume, 2D",
         "The same flap in the flume at the same spacing.",
         spacings("owsc_2d"),
-        lambda spacing, folder: variants(spacing, folder)["box"],
-        Pitch,
+        lambda spacing, folder: flap(spacing, folder)["box"],
+        Swing,
         {"pitch": 0.03},
-        run=runs(variants, Pitch, judge),
+        run=runs(flap, Swing, judge),
         fails_when={"pitch": Wrong("waves a tenth too low in the box", -0.1)},
     ),
+    **{name: floater(name, body) for name, body in FLOATERS_IN.items()},
 }
 
 
 def main() -> None:
-    """Both runs at the coarse spacing beside each other."""
-    case = CASES["sea_flume"]
+    """Both runs of a case at the coarse spacing beside each other."""
+    name = sys.argv[1] if len(sys.argv) > 1 else "sea_flume"
+    case = CASES[name]
     with tempfile.TemporaryDirectory() as folder:
-        for name, data in variants(case.spacing["coarse"], Path(folder)).items():
+        for which, data in VARIANTS[name](case.spacing["coarse"], Path(folder)).items():
             scene = variant_scene(case, data, "coarse", DEFAULT, Path(folder))
-            bodies, coupler, ground = bind(scene, name)
+            bodies, coupler, ground = bind(scene, which)
             sim = Simulation(scene, bodies=bodies, coupler=coupler, ground=ground, threads=1)
-            pitch = Pitch(sim)
-            sim.run(on_step=pitch)
-            degrees = math.degrees(pitch.amplitude())
+            swing = case.measure(sim)
+            sim.run(on_step=swing)
             print(
-                f"{name}: pitch {degrees:.2f} degrees, {sim.fluid.count} particles, {sim.time:.1f} s simulated, "
-                f"{pitch.seconds:.0f} s of processor time"
+                f"{which}: amplitude {swing.amplitude():.5f} rad or m, {sim.fluid.count} particles, {sim.time:.1f} s "
+                f"simulated, {swing.seconds:.0f} s of processor time",
+                flush=True,
             )
 
 
