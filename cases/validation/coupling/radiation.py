@@ -21,7 +21,7 @@ from cases.validation.theory import cummins
 RADIUS = 0.3  # m
 HALF, BEACH, RATE = 7.0, 4.0, 5.0  # half length of the tank and start of its damping [radii], 1/s
 START = {"radiation_sphere": 0.2, "radiation_sphere_high": 1.0}  # radii
-DURATION = {"radiation_sphere": 3.05, "radiation_sphere_high": 1.3}  # s
+DURATION = {"radiation_sphere": 3.05, "radiation_sphere_high": 1.6}  # s; past the zero behind the crest
 
 
 def turns(t: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -91,13 +91,14 @@ CASES = {
             "radiation_sphere",
             "A half immersed sphere is let go 0.2 radii above its rest, five swings, 3D",
             {"period": 0.01} | {f"decrement_{n}": 0.1 for n in range(1, 5)},
-            "At 5 spacings the last swings are 0.6 of a spacing high: decrements -2, -6, -3 and -32 % in one run, -6, -27, -28"
-            " and -50 % without the excess of the surface rows.",
+            "At 5 spacings the last swing is 0.6 of a spacing high, and its decrement 36 % low; the others are within 5 %.",
         ),
         _case(
             "radiation_sphere_high",
             "A half immersed sphere is let go one radius above its rest, 3D",
             {"trough": 0.05, "crest": 0.05},
+            "Let go, it falls freely: after 0.12 s it has come down by 69 mm of 71, by Cummins' equation, in which the whole sphere"
+            " moves water at once, by 46 mm. It comes in at speed, loses energy to a splash and turns 30 ms early.",
         ),
     )
 }
