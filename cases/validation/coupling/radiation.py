@@ -97,8 +97,8 @@ CASES = {
             "radiation_sphere_high",
             "A half immersed sphere is let go one radius above its rest, 3D",
             {"trough": 0.05, "crest": 0.05},
-            "Let go, it falls freely: after 0.12 s it has come down by 69 mm of 71, by Cummins' equation, in which the whole sphere"
-            " moves water at once, by 46 mm. It comes in at speed, loses energy to a splash and turns 30 ms early.",
+            "Let go, it falls freely: after 0.12 s it has come down by 69 mm of 71; by Cummins' equation, in which the whole"
+            " sphere moves water at once, by 46 mm. It comes in at speed, loses energy to a splash and turns 30 ms early.",
         ),
     )
 }
