@@ -16,8 +16,8 @@ COUNTED = 2.0**40  # parts of a particle's volume in which they are counted, so 
 
 
 def held(scene: Scene) -> bool:
-    """Whether the volume of a scene is held: splashes around bodies would count as volume."""
-    return scene.sea is not None and not scene.bodies
+    """Whether the volume of a scene is held: splashes around bodies would count as it, and the implicit solver has no draw."""
+    return scene.sea is not None and not scene.bodies and scene.numerics.solver != "iisph"
 
 
 class Volume:
