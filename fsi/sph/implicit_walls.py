@@ -25,9 +25,6 @@ def make_force(lanes: int, dim: int, kernel: str, column: int, linear: bool):
     (X,) = columns.field(dim).of("x")
     _, slope = functions(kernel)
 
-    def where(s, e, first, owner, least):
-        return belongs(owner, s - first, e - first, least)
-
     def hold(s, rows):
         return own_vector(rows, s, X, L, DIM)
 
@@ -46,7 +43,7 @@ def make_force(lanes: int, dim: int, kernel: str, column: int, linear: bool):
 
     return over_pairs(
         "implicit_press", (lanes, dim, kernel, column, linear), takes="first rows values owner least psi force k",
-        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
+        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=belongs,
     )  # fmt: skip
 
 
@@ -56,9 +53,6 @@ def make_friction(lanes: int, dim: int, kernel: str):
     L, DIM = lanes, dim
     X, U = columns.flow(dim).of("x u")
     _, slope = functions(kernel)
-
-    def where(s, e, first, owner, least):
-        return belongs(owner, s - first, e - first, least)
 
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
@@ -79,7 +73,7 @@ def make_friction(lanes: int, dim: int, kernel: str):
 
     return over_pairs(
         "implicit_friction", (lanes, dim, kernel), takes="first flow owner least psi force k",
-        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
+        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=belongs,
     )  # fmt: skip
 
 

@@ -19,11 +19,10 @@ from fsi.sph.pressure import touches
 from fsi.sph.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
 
-@helper()
-def belongs(owner, start, end, least):
-    """Whether one of these boundary particles has an owner from `least` on."""
+def belongs(s, e, first, owner, least):
+    """Whether one of the rows s to e, boundary particles from `first` on, has an owner from `least` on."""
     found = False
-    for b in range(start, end):
+    for b in range(s - first, e - first):
         found |= owner[b] >= least
     return found
 
@@ -72,9 +71,6 @@ def make_drag(lanes: int, dim: int, varies: bool = False):
     L, DIM = lanes, dim
     X, U, MU = columns.flow(dim).of("x u mu")
 
-    def where(s, e, first, owner, least):
-        return belongs(owner, s - first, e - first, least)
-
     def hold(s, flow):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
 
@@ -98,7 +94,7 @@ def make_drag(lanes: int, dim: int, varies: bool = False):
 
     return over_pairs(
         "drag", (lanes, dim, varies), takes="first flow owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
-        where=where,
+        where=belongs,
     )  # fmt: skip
 
 
@@ -222,9 +218,6 @@ def make_force(lanes: int, dim: int):
     L, DIM = lanes, dim
     (X,) = columns.field(dim).of("x")
 
-    def where(s, e, first, owner, least):
-        return belongs(owner, s - first, e - first, least)
-
     def hold(s, rows, pressures):
         return own_vector(rows, s, X, L, DIM), own(pressures, s, 0, L)
 
@@ -244,7 +237,7 @@ def make_force(lanes: int, dim: int):
 
     return over_pairs(
         "press", (lanes, dim), takes="first rows pressures owner least force k", sum=Sum(hold, empty, ((FLUID, pair),), finish),
-        where=where,
+        where=belongs,
     )  # fmt: skip
 
 
