@@ -233,7 +233,10 @@ SPREADS = (
     "Heller et al. (2016): at x = 3.6 m the wave in the basin is lower than in the channel by a factor over six; by how"
     " much of six it falls short, with the channel's crest of this solver."
 )
-LOW = "The wave in the basin is half a spacing high at 40 mm, 22 to 23 mm: lower than the channel's by 5.7 and 5.9, over six at 30 mm."
+LOW = (
+    "The wave in the basin is half a spacing high at 40 mm, 22 to 23 mm: lower than the channel's by 5.7 and 5.9, by over six"
+    " at 30 mm."
+)
 
 NAMES = ("slide_channel", "slide_channel_prescribed", "slide_basin", "slide_basin_prescribed", "solitary_channel")
 CASES = {
