@@ -108,8 +108,8 @@ def floater(name: str, body: str) -> Case:
         Heave,
         {"heave": 0.03},
         "Near its resonance the sphere swings in over ten periods: in the box it is 5 % over theory after three, 11 % under"
-        " after six and 10 % under from eight on. The record in the flume begins five periods after the first waves came, that in"
-        " the box after four.",
+        " after six and 10 % under from eight on. The record in the flume begins five periods after the first waves came,"
+        " that in the box after four.",
         run=runs(VARIANTS[name], Heave, lambda seen: {"heave": seen["box"].amplitude() / seen["flume"].amplitude() - 1}),
         fails_when={"heave": Wrong("waves a tenth too low in the box", -0.1)},
     )
