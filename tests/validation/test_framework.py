@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from cases.validation.engine import defaults
 from cases.validation.engine.case import Case, Measure, Row
-from cases.validation.engine.registry import MODULES, NAMES, choose, load
+from cases.validation.engine.registry import MODULES, NAMES, choose, load, modules
 from cases.validation.engine.report import cells, headings, order, orders, plot, seconds, shown, table, words
 from cases.validation.engine.runner import run_case, scene_of
 from cases.validation.engine.solvers import SOLVERS
@@ -337,3 +337,12 @@ def test_cheap_cases_give_all_their_errors(name):
 @pytest.mark.parametrize("module", MODULES)
 def test_names_and_cases_of_a_module_agree(module):
     assert set(import_module(f"cases.validation.{module}").CASES) == set(MODULES[module])
+
+
+@pytest.mark.parametrize("names, told", [("", "CASES without NAMES"), ("NAMES = (*OTHERS,)\n", "NAMES that are not written out")])
+def test_a_module_whose_names_cannot_be_read_is_told_by_file(tmp_path, names, told):
+    (tmp_path / "waves").mkdir()
+    (tmp_path / "waves" / "mine.py").write_text(f"CASES = {{}}\n{names}")
+    with pytest.raises(SceneError, match=told) as refused:
+        modules(tmp_path)
+    assert "mine.py" in str(refused.value)

@@ -19,7 +19,7 @@ from fsi.errors import SceneError
 ROOMS = ("fluid", "waves", "coupling", "bodies")
 
 
-def _found(folder: Path) -> dict[str, tuple[str, ...]]:
+def modules(folder: Path) -> dict[str, tuple[str, ...]]:
     """Module below `cases.validation` -> names of its cases, read from the sources without importing them."""
     found = {}
     for room in ROOMS:
@@ -32,13 +32,20 @@ def _found(folder: Path) -> dict[str, tuple[str, ...]]:
                 if isinstance(target, ast.Name)
             }
             if "CASES" in values:
-                if "NAMES" not in values:
-                    raise SceneError("has CASES without NAMES", file=file, fix='add NAMES = ("my_case",)')
-                found[f"{room}.{file.stem}"] = tuple(ast.literal_eval(values["NAMES"]))
+                found[f"{room}.{file.stem}"] = _written(values.get("NAMES"), file)
     return found
 
 
-MODULES = _found(Path(__file__).parents[1])
+def _written(names: ast.expr | None, file: Path) -> tuple[str, ...]:
+    """The names of a module's cases, which have to stand in its source."""
+    try:
+        return tuple(ast.literal_eval(names))
+    except (TypeError, ValueError):
+        fault = "has CASES without NAMES" if names is None else "has NAMES that are not written out"
+        raise SceneError(fault, file=file, fix='add NAMES = ("my_case",)') from None
+
+
+MODULES = modules(Path(__file__).parents[1])
 _OURS = tuple(name for names in MODULES.values() for name in names)
 NAMES = (*_OURS, *(name for name in plugins.registered("cases") if name not in _OURS))
 
