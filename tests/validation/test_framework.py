@@ -339,7 +339,9 @@ def test_names_and_cases_of_a_module_agree(module):
     assert set(import_module(f"cases.validation.{module}").CASES) == set(MODULES[module])
 
 
-@pytest.mark.parametrize("names, told", [("", "CASES without NAMES"), ("NAMES = (*OTHERS,)\n", "NAMES that are not written out")])
+@pytest.mark.parametrize(
+    "names, told", [("", "CASES without NAMES"), ("NAMES = (*OTHERS,)\n", "NAMES that are not written out")]
+)
 def test_a_module_whose_names_cannot_be_read_is_told_by_file(tmp_path, names, told):
     (tmp_path / "waves").mkdir()
     (tmp_path / "waves" / "mine.py").write_text(f"CASES = {{}}\n{names}")
