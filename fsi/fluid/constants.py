@@ -63,7 +63,7 @@ def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
         filled2=lattice.rows.filled[1],
         filled3=lattice.rows.filled[2],
         filled4=lattice.rows.filled[3],
-        inside=lattice.rows.inside,
+        inside=lattice.inside,
         excess1=lattice.rows.excess[0],
         excess2=lattice.rows.excess[1],
         excess3=lattice.rows.excess[2],

@@ -7,7 +7,7 @@ Its gradient is grad W = -F r_ij with F = (5 alpha / h^2) (1 - q/2)^3.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,7 +38,8 @@ class Lattice:
     density: sum W (self included) [1/m^dim]; laplacian: sum a with a = F r^2 / (r^2 + eta^2) [1/m^(dim + 2)];
     second_moment: V sum a x^2, which a Laplacian without error on a quadratic field would have at 1;
     surface_factor: weight of the missing part of the support at a flat free surface (see `surface_weight`);
-    rows: what the rows of particles at a flat free surface are.
+    rows: what the rows of particles at a flat free surface are; inside: filled part of the support from which on a particle is
+    no part of the surface (see `innermost`).
     """
 
     density: float
@@ -46,6 +47,7 @@ class Lattice:
     second_moment: float
     surface_factor: float
     rows: SurfaceRows
+    inside: float
 
 
 @dataclass(frozen=True)
@@ -54,13 +56,11 @@ class SurfaceRows:
 
     filled (4,): part of their support that is filled, V sum F r^2 / dim, from the top row down; excess (3,): by how much more
     than once the pressure of the first three counts in the symmetric gradient, which then is rho g on every row under
-    hydrostatic pressure (see `surface_rows`); inside: filled part from which on a particle is no part of the surface
-    (`innermost`).
+    hydrostatic pressure (see `surface_rows`).
     """
 
     filled: tuple[float, float, float, float]
     excess: tuple[float, float, float]
-    inside: float = 1.0
 
 
 def surface_rows(smoothing_ratio: float, dim: int) -> SurfaceRows:
@@ -100,8 +100,8 @@ def lattice(spacing: float, h: float, dim: int) -> Lattice:
     second = spacing**dim * (weight * grid[:, 0] ** 2).sum()
     surface = surface_weight(grid[:, -1], weight, spacing)
     rows = surface_rows(h / spacing, dim)
-    rows = replace(rows, inside=innermost(rows.filled, grid[:, -1] / spacing, weight, surface))
-    return Lattice(value(r, h, dim).sum(), weight.sum(), second, surface, rows)
+    inside = innermost(rows.filled, grid[:, -1] / spacing, weight, surface)
+    return Lattice(value(r, h, dim).sum(), weight.sum(), second, surface, rows, inside)
 
 
 def surface_weight(z: np.ndarray, weight: np.ndarray, spacing: float) -> float:

@@ -75,7 +75,7 @@ def test_pressure_equation_of_a_lattice_gives_the_pressure_of_its_depth(dim, rat
     equations, right = np.zeros((depth, depth)), np.zeros(depth)
     for row in range(depth):
         there = row + fall >= 0
-        gate = surface_gate((F * r2)[there].sum() / dim, known.rows.inside)
+        gate = surface_gate((F * r2)[there].sum() / dim, known.inside)
         equations[row, row] = a[there].sum() + known.surface_factor * gate * a[~there].sum()
         for weight, other in zip(a[there], row + fall[there], strict=True):
             if other < depth:

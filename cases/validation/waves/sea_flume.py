@@ -23,7 +23,7 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.engine.scenes import builder, spacings
-from cases.validation.engine.several import Variants, runs, variant_scene
+from cases.validation.engine.several import Judge, Variants, runs, variant_scene
 from cases.validation.engine.solvers import DEFAULT
 from cases.validation.theory.separation import first_harmonic
 from cases.validation.waves.sea_bodies import CASES as FLOATING
@@ -69,9 +69,9 @@ def flap(spacing: float, folder: Path) -> Mapping[str, dict]:
     return {name: scene | {"numerics": NUMERICS} for name, scene in (("flume", flume), ("box", box))}
 
 
-def judge(seen: Mapping[str, Swing]) -> dict[str, float]:
-    box, flume = (seen[name].amplitude() for name in ("box", "flume"))
-    return {"pitch": box / flume - 1}
+def over_flume(measure: str) -> Judge:
+    """The judge of a measure: the amplitude in the box over that in the flume."""
+    return lambda seen: {measure: seen["box"].amplitude() / seen["flume"].amplitude() - 1}
 
 
 def floating(name: str) -> Variants:
@@ -94,6 +94,7 @@ def floating(name: str) -> Variants:
 
 
 def floater(name: str, body: str) -> Case:
+    """The case of this name, of the body of the case `body` of `sea_bodies`."""
     other = FLOATING[body]
 
     class Heave(Swing):
@@ -110,7 +111,7 @@ def floater(name: str, body: str) -> Case:
         "Near its resonance the sphere swings in over ten periods: in the box it is 5 % over theory after three, 11 % under"
         " after six and 10 % under from eight on. The record in the flume begins five periods after the first waves came,"
         " that in the box after four.",
-        run=runs(VARIANTS[name], Heave, lambda seen: {"heave": seen["box"].amplitude() / seen["flume"].amplitude() - 1}),
+        run=runs(VARIANTS[name], Heave, over_flume("heave")),
         fails_when={"heave": Wrong("waves a tenth too low in the box", -0.1)},
     )
 
@@ -127,7 +128,7 @@ CASES = {
         lambda spacing, folder: flap(spacing, folder)["box"],
         Swing,
         {"pitch": 0.03},
-        run=runs(flap, Swing, judge),
+        run=runs(flap, Swing, over_flume("pitch")),
         fails_when={"pitch": Wrong("waves a tenth too low in the box", -0.1)},
     ),
     **{name: floater(name, body) for name, body in FLOATERS_IN.items()},
