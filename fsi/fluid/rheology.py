@@ -25,6 +25,8 @@ LEAST = 1e-30  # [Pa s] of an inviscid liquid, so that the harmonic mean of two 
 EXPLICIT = 0.125  # dt nu / h^2 up to which explicit viscosity is stable (Morris et al. 1997, eq. 21)
 WORTH = 2.0  # other limits of the time step over that of explicit viscosity, from which on implicit is taken
 STIFFEST = 1e5  # largest dt times rate of viscous decay for implicit viscosity, which takes 5 sqrt of it sweeps
+LEVELS, WHOLE = 2, 2.0**24  # in a spacing of the columns above grains, and what a particle in them counts
+CUT = 0.9  # share of a column, below which it is taken for cut by a wall
 SOLVED = 1e-4  # share of the change of the velocities that the implicit sweeps may leave
 
 
@@ -105,23 +107,33 @@ def step_limit(scene: Scene, others: float) -> tuple[float, bool]:
     return explicit, False
 
 
-def top_over(position: np.ndarray, width: float) -> np.ndarray:
-    """Height (n,) of the highest of the particles at `position` (n, dim) in the column of each, columns `width` [m] wide, as a
-    mean of it and the columns beside."""
-    if len(position) == 0:
+def height_above(position: np.ndarray, dr: float, volume: float) -> np.ndarray:
+    """Height (n,) [m] of what stands above each of the particles at `position` (n, dim), half of itself included, if it were
+    packed as a lattice: particles of this volume [m^dim], summed up in columns a spacing wide that blend into each other.
+
+    A sum, not the way to the top: that lies a tenth of a spacing off where the top row does, and 1 % of stress is 10 % of
+    the speed of grains. A column that a wall cuts holds less and counts as full. Weights are whole numbers, so that sums
+    depend on no order."""
+    n, dim = position.shape
+    if n == 0:
         return np.empty(0)
-    column = (position[:, :-1] / width).astype(np.int64)
-    column -= column.min(0) - 1
-    shape = column.max(0) + 2
-    top = np.full(shape, -np.inf)
-    np.maximum.at(top, tuple(column.T), position[:, -1])
-    total, count = np.zeros(shape), np.zeros(shape)
-    filled = np.isfinite(top)
-    for step in np.ndindex(*(3,) * len(shape)):
-        shift = tuple(np.array(step) - 1)
-        total += np.roll(np.where(filled, top, 0.0), shift, range(len(shape)))
-        count += np.roll(filled, shift, range(len(shape)))
-    return (total / np.maximum(count, 1))[tuple(column.T)]
+    place = position / dr * np.array([1.0] * (dim - 1) + [float(LEVELS)])
+    lowest = np.floor(place).astype(np.int64)
+    part, lowest = place - lowest, lowest - lowest.min(0)
+    shape = tuple(lowest.max(0) + 2)
+    corners = [np.array(corner) for corner in np.ndindex(*(2,) * dim)]
+    index = [np.ravel_multi_index(tuple((lowest + corner).T), shape) for corner in corners]
+    weight = [np.where(corner, part, 1 - part).prod(1) for corner in corners]
+    held = np.zeros(math.prod(shape))
+    for i, w in zip(index, weight, strict=True):
+        held += np.bincount(i, np.rint(w * WHOLE), len(held))
+    held = held.reshape(shape)
+    above = np.cumsum(held[..., ::-1], axis=-1)[..., ::-1] - 0.5 * held
+    levels = np.maximum((held > 0).sum(-1, keepdims=True) - 1, 1)
+    share = LEVELS * held.sum(-1, keepdims=True) / (WHOLE * levels)  # of a column of this height that is filled
+    above = (above / np.where((share > 0) & (share < CUT), share, 1.0)).ravel()
+    total = sum(w * above[i] for i, w in zip(index, weight, strict=True))
+    return total * (volume / dr ** (dim - 1) / WHOLE)
 
 
 class Rheology(Remembers):
@@ -168,7 +180,7 @@ class Rheology(Remembers):
         n, MU = len(kind), 2 * self.scene.dimension
         if self.shears:
             self.rate = np.empty(n, self.dtype)
-            confined = self._confinement(flow[:n], kind)
+            confined = self._confinement(flow[:n], kind, k)
             special = self.dynamic or self.pairs
             kept = special.reserve(len(flow)) if special else self._nothing
             self.team.run(self._shear, near.bounds, near.groups, flow, kind, confined, self.laws, self.rate, kept, k)
@@ -180,16 +192,18 @@ class Rheology(Remembers):
             flow[:n, MU] = self.laws[kind, 1]
         halo.refresh(flow, slice(MU, MU + 1))
 
-    def _confinement(self, flow, kind) -> np.ndarray:
+    def _confinement(self, flow, kind, k) -> np.ndarray:
         """Confining pressure (n,) [Pa] of granular liquids: the weight of what stands above within the liquid, less what its
-        pores carry, from the height of its top over every particle; empty where no liquid is granular."""
+        pores carry; empty where no liquid is granular."""
         if not self.granular:
             return np.empty(0)
-        pressure, dim, dr = np.zeros(len(flow)), self.scene.dimension, self.scene.spacing
+        scene, dim = self.scene, self.scene.dimension
+        volume = float(k.mass) / (scene.fluid.density * (scene.tank.width if dim == 2 else 1.0))
+        pressure = np.zeros(len(flow))
         for q in np.flatnonzero(self._buoyant):
             mine = kind == q
-            above = top_over(flow[mine, :dim].astype(float), dr) + 0.5 * dr - flow[mine, dim - 1]
-            pressure[mine] = self._buoyant[q] * self.scene.gravity * np.maximum(above, 0.0)
+            above = height_above(flow[mine, :dim].astype(float), scene.spacing, volume)
+            pressure[mine] = self._buoyant[q] * scene.gravity * above
         return pressure
 
     def resist(self, near, flow, trial, velocity, k, dt) -> None:

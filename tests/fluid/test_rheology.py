@@ -8,7 +8,7 @@ from tanks import pairs, random_fluid, still_tank
 
 from cases.validation.fluid import yield_flows
 from fsi.fluid import timestep
-from fsi.fluid.rheology import top_over
+from fsi.fluid.rheology import height_above
 from fsi.scene.model import Scene
 from fsi.simulation.loop import Simulation
 from fsi.sph import kernel
@@ -101,13 +101,25 @@ def test_grains_carry_the_friction_of_their_weight():
     assert np.allclose(fluid.work.flow[: fluid.count, 4][inner] * rate, stress[inner], rtol=1e-3)
 
 
-def test_the_top_over_a_slope_is_its_surface():
+def test_height_above_is_what_stands_above():
+    """Rows of a lattice that lie anywhere in the columns, the top ones apart: as many rows as there are; half columns at the
+    ends count as full. On a slope it is the way to the surface."""
+    rows = 0.1 * (np.arange(8) + 0.37) + 0.012 * (np.arange(8) > 5)
+    shifts = 0.1 * np.random.default_rng(0).uniform(size=8)
+    points = np.concatenate([np.stack([0.1 * np.arange(20) + shifts[j], np.full(20, rows[j])], 1) for j in range(8)])
+    above = height_above(points, 0.1, 0.01).reshape(8, 20)
+    exact = 0.1 * (8 - np.arange(8) - 0.5)
+    assert np.abs(above[:, 2:-2] - exact[:, None]).max() < 0.01
+    assert np.abs(height_above(points[::-1], 0.1, 0.01)[::-1].reshape(8, 20) - above).max() == 0
+    points[:, 0] = 0.04 + 0.1 * np.tile(np.arange(20), 8)
+    above = height_above(points, 0.1, 0.01).reshape(8, 20)
+    assert np.abs(above / exact[:, None] - 1).max() < 0.05
     x, z = np.meshgrid(np.arange(0.05, 2, 0.1), np.arange(0.05, 1, 0.1), indexing="ij")
     points = np.stack([x, z], -1).reshape(-1, 2)
     points = points[points[:, 1] < 0.8 - 0.25 * points[:, 0]]
     inner = (points[:, 0] > 0.1) & (points[:, 0] < 1.9)
-    top = top_over(points, 0.1) + 0.05
-    assert np.abs(top - (0.8 - 0.25 * points[:, 0]))[inner].max() < 0.06
+    surface = points[:, 1] + height_above(points, 0.1, 0.01)
+    assert np.abs(surface - (0.8 - 0.25 * points[:, 0]))[inner].max() < 0.06
 
 
 @pytest.mark.parametrize("dim, precision, tolerance", [(2, "double", 1e-12), (3, "double", 1e-12), (2, "single", 3e-5)])
