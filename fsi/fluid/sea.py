@@ -80,8 +80,9 @@ class Sea:
         places = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, len(frame))
         self._table = Table(waves, frame, places, z, [*map(XI, range(len(frame))), ZETA])
 
-    def place(self, placed: BoundaryState, time: float) -> None:
-        """Put the moving walls where they are at `time` [s], and the waves of the zones."""
+    def place(self, placed: BoundaryState, time: float, dt: float) -> None:
+        """Put the moving walls where they are at `time` [s], before a step of dt [s], and the waves of the zones. There it is half
+        a step earlier: positions move by the velocities after a step, so that those before it are of the middle of the last."""
         shift, speed, bend, up, rising = (x[..., self._column, self._row] for x in self._paddle.at(time))
         position = self._home.copy()
         position[:, :-1] += shift.T @ self._frame
@@ -92,9 +93,9 @@ class Sea:
         if placed.acceleration is None:
             placed.acceleration = np.zeros_like(placed.position)
         placed.acceleration[placed.of_owner(PISTON)] = bent
-        found = self._table.at(time, 1)
+        found = self._table.at(time - 0.5 * dt, 1)
         self._velocities = np.ascontiguousarray(found).reshape(len(found), *self._nodes)
-        self._flow = self.waves.flow(time, len(self.impulse))
+        self._flow = self.waves.flow(time - 0.5 * dt, len(self.impulse))
 
     @property
     def products(self) -> int:

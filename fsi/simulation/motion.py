@@ -63,7 +63,7 @@ class Movers:
             along = np.eye(fluid.dim)[0]
             fluid.placed.place(PISTON, self._start + x * along, u * along)
         if fluid.sea:
-            fluid.sea.place(fluid.placed, time)
+            fluid.sea.place(fluid.placed, time, dt)
         if self.bodies:
             motion = self.bodies.motion()
             centre[FIRST_BODY:], twist[FIRST_BODY:] = motion.position, motion.velocity
