@@ -116,7 +116,7 @@ def placed(scene, time):
     layout = build(scene)
     boundary = BoundaryState(layout)
     sea = Sea(scene, boundary, 1.0)
-    sea.place(boundary, time)
+    sea.place(boundary, time, 0.0)
     return layout, boundary, sea
 
 
