@@ -20,6 +20,7 @@ from fsi.scene.model import Scene
 from fsi.sph import columns, walls
 from fsi.sph.columns import Constants
 
+PAST = 0.2  # spacings from the fluid around it, along the surface, at which a boundary particle is past the water line
 NOBODY = -1  # owner of boundary particles on which forces are counted elsewhere
 
 
@@ -45,6 +46,9 @@ class BoundaryParticles:
         self.order = np.empty(0, np.int32)
         self._dtype, self._most = dtype, b
         self._make_room(0)
+        self._lines = scene.gravity > 0 and not scene.closed and not dense
+        self._line, self._steeper = np.zeros((0, dim), dtype), np.zeros(0)
+        self._least = PAST * scene.spacing
         self.bent: np.ndarray | None = None  # acceleration (count, dim) besides that of the owners, of flexible walls
         self._silence = LinearResponse.none(dim, dtype)
         self.weigher = walls.make_shepard(self.lanes, dim, no_slip, dense)
@@ -102,16 +106,34 @@ class BoundaryParticles:
         if self.count:
             self.near.update(self.sort, self.first, xs, [(fluid, 0)])
 
-    def weigh(self, flow: np.ndarray) -> None:
-        """The sums of W; no slip: mirrored velocities into `flow`."""
+    def weigh(self, flow: np.ndarray, trial: np.ndarray, body_force: np.ndarray) -> None:
+        """The sums of W; no slip: mirrored velocities into `flow`. How steep the last pressures are at water lines."""
         if self.count:
             self.team.run(self.weigher, self.near.bounds, self.near.groups, self.first, flow, self.shepard, self.k)
+            if self._lines:
+                self._steepen(trial, body_force)
+
+    def _steepen(self, trial: np.ndarray, body_force: np.ndarray) -> None:
+        """Find the water lines, and how steep the last pressures are there."""
+        b = self.count
+        if len(self._line) < b + PADDING:
+            room = len(self.owner) + PADDING
+            self._line, self._steeper = np.zeros((room, self.dim), self._dtype), np.zeros(room)
+        self._steeper[:b] = 0.0
+        facing, line = self._placed.facing, self._line[:b]
+        self.team.run(walls.water_lines, whole(b), self.order, facing, self.shepard, self._least, line)
+        self.team.run(
+            walls.make_steepening(self.lanes, self.dim), self.near.bounds, self.near.groups, self.first, trial, self.shepard,
+            self._line, self._steeper, body_force, self._density, self._least, self.k,
+        )  # fmt: skip
 
     # -------------------------------------------------------------------------------------- pressures
 
     def accelerate(self, acceleration: np.ndarray, body_force: np.ndarray) -> None:
         """Take the walls to move with this acceleration (owners, 6)."""
         self._set_lift(acceleration[None], self._twist, body_force, self._lift)
+        if self._lines:
+            self._lift[: self.count, 0] += self._steeper[: self.count]
         if self.bent is not None:
             lever = self.shepard[: self.count, columns.shepard(self.dim).all_of("lever")]
             self._lift[: self.count, 0] -= self._density * (self.bent * lever).sum(1)

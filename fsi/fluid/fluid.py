@@ -212,7 +212,7 @@ class Fluid:
         self.force.kick(self.velocity, self.position, self.dt)
         if self.sea:
             self.sea.draw(self.particles, self.dt, self.team, self.reductions)
-        self.solids.weigh(work.flow)
+        self.solids.weigh(work.flow, work.trial, self.force.uniform)
         if rheology:
             kind = np.zeros(self.count, np.int8) if self.liquid is None else self.liquid[self.label]
             if rheology.granular:  # of which also ghosts weigh on others

@@ -57,7 +57,7 @@ class BoundaryTreatment(Protocol):
     def follow(self, placed: BoundaryState) -> None:
         """Take over velocities that have changed since `pack`, for the wall guard."""
 
-    def weigh(self, flow: np.ndarray) -> None:
+    def weigh(self, flow: np.ndarray, trial: np.ndarray, body_force: np.ndarray) -> None:
         """The weights of the step; no slip: the velocities in `flow` that viscosity needs."""
 
     def accelerate(self, acceleration: np.ndarray, body_force: np.ndarray) -> None:

@@ -55,6 +55,7 @@ class Sea:
     def _make_walls(self, placed: BoundaryState, low: np.ndarray, high: np.ndarray) -> None:
         """A paddle through the face of each moving wall; the layers behind it move as one."""
         self._home = placed.position[placed.of_owner(PISTON)].copy()
+        placed.facing[placed.of_owner(PISTON)] = 0  # their acceleration along themselves is the waves', see `place`
         place = np.clip(self._home[:, :-1], low, high) @ self._frame.T
         height = np.minimum(self._home[:, -1] - self._level, self._top)
         s, column = np.unique(np.round(place, 9), axis=0, return_inverse=True)
@@ -81,8 +82,9 @@ class Sea:
         self._table = Table(waves, frame, places, z, [*map(XI, range(len(frame))), ZETA])
 
     def place(self, placed: BoundaryState, time: float, dt: float) -> None:
-        """Put the moving walls where they are at `time` [s], before a step of dt [s], and the waves of the zones. There it is half
-        a step earlier: positions move by the velocities after a step, so that those before it are of the middle of the last."""
+        """Put the moving walls where they are at `time` [s], before a step of dt [s], and the waves of the zones. There it is
+        half a step earlier: positions move by the velocities after a step, so that those before it are of the middle of
+        the last."""
         shift, speed, bend, up, rising = (x[..., self._column, self._row] for x in self._paddle.at(time))
         position = self._home.copy()
         position[:, :-1] += shift.T @ self._frame

@@ -77,7 +77,7 @@ class WeightedWalls(BoundaryParticles):
         """Put psi into a column of the boundary's rows."""
         rows[self.first : self.first + self.count, column] = self.weight
 
-    def weigh(self, flow: np.ndarray) -> None:
+    def weigh(self, flow: np.ndarray, trial: np.ndarray, body_force: np.ndarray) -> None:
         """Nothing: the weights are those of the layout."""
 
     def extrapolate(self, rows: np.ndarray, response: LinearResponse | None = None) -> None:

@@ -34,6 +34,7 @@ from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, 
 from fsi.scene.model import Block, Scene
 from fsi.scene.region import shaped
 
+STRAIGHT = 127  # length of a normal in whole numbers
 NORMAL = 0.9  # gradient of the distance to a body, from which on it is a normal
 
 
@@ -43,7 +44,8 @@ class Layout:
 
     position, velocity (n, dim), pressure (n,) of the fluid; boundary (b, dim) with owner (b,), sorted by owner;
     liquid (n,): number in `Scene.all_liquids`, None where there is one alone; domain_min, domain_max (dim,);
-    normal (m, dim): outward normals of the bodies at their boundary particles, the last m, None without bodies;
+    normal (m, dim): outward normals of the bodies at their boundary particles, the last m, None without bodies; facing
+    (b - m, dim), int8: those of all others times `STRAIGHT`;
     depth: height of the fluid [m]; volume: that a particle stands for [m3; m2 in two dimensions]; notes: what the user should
     know; loads (loads, b, dim): see `load_weights`, None without.
     """
@@ -61,6 +63,7 @@ class Layout:
     liquid: np.ndarray | None = None
     glued: np.ndarray | None = None
     normal: np.ndarray | None = None
+    facing: np.ndarray | None = None
     loads: np.ndarray | None = None
 
 
@@ -99,7 +102,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         position, velocity = np.concatenate([position, layer]), np.concatenate([velocity, np.zeros_like(layer)])
         pressure = np.concatenate([pressure, scene.fluid.density * scene.gravity * np.maximum(below, 0.0)])
         liquid = None if liquid is None else np.concatenate([liquid, np.zeros(len(layer), liquid.dtype)])
-    boundary, normal, owner, source = _boundary(scene, solids)
+    boundary, normal, facing, owner, source = _boundary(scene, solids)
     if scene.numerics.wall_guard > 0 and obstacles:
         near = np.flatnonzero(clear < CLEAR * scene.spacing)
         position[near] = made_room(position[near], boundary, scene.numerics.wall_guard, scene.spacing)
@@ -135,6 +138,7 @@ def build(scene: Scene, bodies: BodySet | None = None, ground: Solid | None = No
         liquid,
         glued,
         normal,
+        facing,
         loads,
     )
 
@@ -223,8 +227,8 @@ def _off_cells(scene: Scene, blocks: list[Filling], cells: list, found: tuple, p
 
 
 def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
-    """Boundary particles (n, dim), the outward normals (m, dim) of those of bodies, owners (n,), by which they are sorted, and
-    the number (n,) of the solid that each is of, -1 for the tank's walls."""
+    """Boundary particles (n, dim), the outward normals (m, dim) of those of bodies and, in whole numbers, of all others, owners
+    (n,), by which they are sorted, and the number (n,) of the solid that each is of, -1 for the tank's walls."""
     points, owners = wall_particles(scene)
     clouds = [solid.boundary(scene.spacing, scene.layers) for _, solid in solids]
     fixed = [n for n, (owner, _) in enumerate(solids) if owner == WALL]
@@ -249,7 +253,20 @@ def _boundary(scene: Scene, solids: list[tuple[int, Solid]]) -> tuple:
     for body in np.unique(owner[owner >= FIRST_BODY]):
         own = [solid for its_owner, solid in solids if its_owner == body]
         normals.append(_normals(own, boundary[owner == body], 0.1 * scene.spacing))
-    return boundary, np.concatenate(normals) if normals else None, owner, source
+    facing = _facing(scene, solids, boundary, owner[owner < FIRST_BODY], source)
+    return boundary, np.concatenate(normals) if normals else None, facing, owner, source
+
+
+def _facing(scene: Scene, solids: list[tuple[int, Solid]], points: np.ndarray, owner: np.ndarray, source) -> np.ndarray:
+    """The outward normals of the first boundary particles, those of the fixed walls and the piston, `owner` (f,)."""
+    normal, count = np.zeros((len(owner), scene.dimension)), len(owner)
+    for n in np.unique(source[:count]):
+        for wall in (WALL, PISTON):
+            mine = np.flatnonzero((source[:count] == n) & (owner == wall))
+            solid = Sides(scene, wall) if n < 0 else solids[n][1]
+            if len(mine):
+                normal[mine] = _normals([solid], points[mine], 0.1 * scene.spacing)
+    return np.rint(STRAIGHT * normal).astype(np.int8)
 
 
 def _normals(solids: list[Solid], points: np.ndarray, step: float) -> np.ndarray:

@@ -97,7 +97,8 @@ class BoundaryState:
     """The boundary particles as they were placed last. Owns position, velocity (b, dim), owner (b,) in ascending order, normal
     (m, dim), outward, of those of bodies, which are the last m, and `skin` (b, dim), the velocity that viscosity feels, None
     where that is `velocity` (`BodyMotion.smooth`), and `acceleration` (b, dim) besides that of the owners, None without
-    the flexible walls of a sea, which set it anew in each step. All are in the order of the layout, for the whole run."""
+    the flexible walls of a sea, which set it anew in each step. All are in the order of the layout, for the whole run, and so
+    is `facing` (b - m, dim), which never changes: the normals of the others, as in `Layout`."""
 
     NAMES = ("position", "velocity", "owner", "normal", "skin")
 
@@ -105,6 +106,7 @@ class BoundaryState:
         self.position, self.owner = layout.boundary.copy(), layout.owner.copy()
         self.velocity = np.zeros_like(self.position)
         self.normal = self.position[:0].copy() if layout.normal is None else layout.normal.copy()
+        self.facing = np.zeros((0, self.position.shape[1]), np.int8) if layout.facing is None else layout.facing
         self.skin: np.ndarray | None = None
         self.acceleration: np.ndarray | None = None
 

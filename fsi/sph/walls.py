@@ -165,6 +165,88 @@ def _project(vector, normal):
 
 
 @exact
+def water_lines(counter, bounds, order, facing, shepard, least, line):
+    """Unit vectors `line` (b, DIM) along the surface of each boundary particle from the fluid around it to it, where they are
+    more than `least` [m] apart that way, as past the water line; 0 elsewhere, without a normal `facing` (f, DIM), and on
+    bodies, which come after the first f."""
+    dim = line.shape[1]
+    way, n = np.zeros(dim), np.zeros(dim)
+    while True:
+        c = claim(counter)
+        if c >= bounds.size - 1:
+            break
+        for b in range(bounds[c], bounds[c + 1]):
+            o, total, length2, across, apart2 = order[b], shepard[b, 0], 0.0, 0.0, 0.0
+            for d in range(dim):
+                n[d] = facing[o, d] if o < facing.shape[0] else 0.0
+                way[d] = shepard[b, 1 + d] / total if total > 0.0 else 0.0
+                length2 += n[d] * n[d]
+                across += n[d] * way[d]
+            for d in range(dim):
+                way[d] -= across / max(length2, 1e-30) * n[d]
+                apart2 += way[d] * way[d]
+            past = length2 > 0.0 and apart2 > least * least
+            for d in range(dim):
+                line[b, d] = way[d] / apart2**0.5 if past else 0.0
+
+
+@cache
+def make_steepening(lanes: int, dim: int):
+    """Once a step: the lift (`lift_of`) of boundary particles past the water line besides that of the body force, into
+    `steeper` (b,). Along a wall the fluid moves as it will, so that the pressure goes on as it does in the fluid, by the
+    slope of its last pressures along `line` (b, DIM) (least squares): rho (g - a), a the fluid's acceleration, in place of
+    rho g, from which it may differ by as much. Where the fluid is no more than a row, with a spread below `least` / 3, it has
+    no slope."""
+    L, DIM = lanes, dim
+    X, P = columns.trial(dim).of("x p")
+    (TOTAL,) = columns.shepard(dim).of("total")
+
+    def hold(s, first, trial, line):
+        return own_vector(trial, s, X, L, DIM), own_vector(line, s - first, 0, L, DIM)
+
+    def empty(trial):
+        return zero(trial, L), zero(trial, L), zero(trial, L), zero(trial, L)
+
+    def pair(sums, mine, j, trial, k):
+        (way, way2, load, moment), (x_i, line_i) = sums, mine
+        x_ij = x_i - other_vector(trial, j, X, L, DIM)
+        w = kernel(closeness(dot(x_ij, x_ij), k.inverse_support))
+        s, p = dot(x_ij, line_i), w * other(trial, j, P, L)
+        return way + w * s, way2 + w * (s * s), load + p, moment + p * s
+
+    def finish(i, sums, first, shepard, line, steeper, body_force, density, least):
+        (way, way2, load, moment), b = sums, i - first
+        total, still, weight2, past = shepard[b, TOTAL], 0.0, 0.0, 0.0
+        for d in range(DIM):
+            still += density * body_force[d] * line[b, d]
+            weight2 += (density * body_force[d]) ** 2
+            past += line[b, d] ** 2
+        mean = way / max(total, 1e-30)
+        spread = way2 - mean * way  # squared, of the fluid along the surface, times sum W
+        if past > 0.0 and spread > least * least / 9 * total:
+            more = -(moment - mean * load) / spread - still
+            steeper[b] = way * min(max(more, -(weight2**0.5)), weight2**0.5)
+
+    def where(s, e, first, line):
+        return lined(s - first, e - first, line)
+
+    return over_pairs(
+        "steepen", (lanes, dim), takes="first trial shepard line steeper body_force density least k",
+        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
+    )  # fmt: skip
+
+
+@helper()
+def lined(s, e, line):
+    """Whether one of the rows s to e is no zero vector."""
+    for b in range(s, e):
+        for d in range(line.shape[1]):
+            if line[b, d] != 0.0:
+                return True
+    return False
+
+
+@exact
 def lift_of(
     counter, bounds, order, position, normal, fixed, owner, centre, still, acceleration, twist, body_force, density, shepard,
     first, lift,
