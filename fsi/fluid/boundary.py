@@ -110,7 +110,7 @@ class BoundaryParticles:
         """The sums of W; no slip: mirrored velocities into `flow`. How steep the last pressures are at water lines."""
         if self.count:
             self.team.run(self.weigher, self.near.bounds, self.near.groups, self.first, flow, self.shepard, self.k)
-            if self._lines:
+            if self._lines and body_force.any():
                 self._steepen(trial, body_force)
 
     def _steepen(self, trial: np.ndarray, body_force: np.ndarray) -> None:
@@ -120,8 +120,8 @@ class BoundaryParticles:
             room = len(self.owner) + PADDING
             self._line, self._steeper = np.zeros((room, self.dim), self._dtype), np.zeros(room)
         self._steeper[:b] = 0.0
-        facing, line = self._placed.facing, self._line[:b]
-        self.team.run(walls.water_lines, whole(b), self.order, facing, self.shepard, self._least, line)
+        up, line = -body_force / np.linalg.norm(body_force), self._line[:b]
+        self.team.run(walls.water_lines, whole(b), self.order, self._placed.facing, self.shepard, up, self._least, line)
         self.team.run(
             walls.make_steepening(self.lanes, self.dim), self.near.bounds, self.near.groups, self.first, trial, self.shepard,
             self._line, self._steeper, body_force, self._density, self._least, self.k,

@@ -165,10 +165,11 @@ def _project(vector, normal):
 
 
 @exact
-def water_lines(counter, bounds, order, facing, shepard, least, line):
-    """Unit vectors `line` (b, DIM) along the surface of each boundary particle from the fluid around it to it, where they are
-    more than `least` [m] apart that way, as past the water line; 0 elsewhere, without a normal `facing` (f, DIM), and on
-    bodies, which come after the first f."""
+def water_lines(counter, bounds, order, facing, shepard, up, least, line):
+    """Unit vectors `line` (b, DIM) along the surface of each boundary particle from the fluid around it to it, where it stands
+    more than `least` [m] over the fluid that way, within 60 degrees from the way `up` (DIM,), as past the water line; 0
+    elsewhere, without a normal `facing` (f, DIM), and on bodies, which come after the first f. In corners under water a
+    pressure that goes on as it does in the fluid would confirm itself."""
     dim = line.shape[1]
     way, n = np.zeros(dim), np.zeros(dim)
     while True:
@@ -176,7 +177,7 @@ def water_lines(counter, bounds, order, facing, shepard, least, line):
         if c >= bounds.size - 1:
             break
         for b in range(bounds[c], bounds[c + 1]):
-            o, total, length2, across, apart2 = order[b], shepard[b, 0], 0.0, 0.0, 0.0
+            o, total, length2, across, apart2, over = order[b], shepard[b, 0], 0.0, 0.0, 0.0, 0.0
             for d in range(dim):
                 n[d] = facing[o, d] if o < facing.shape[0] else 0.0
                 way[d] = shepard[b, 1 + d] / total if total > 0.0 else 0.0
@@ -185,7 +186,8 @@ def water_lines(counter, bounds, order, facing, shepard, least, line):
             for d in range(dim):
                 way[d] -= across / max(length2, 1e-30) * n[d]
                 apart2 += way[d] * way[d]
-            past = length2 > 0.0 and apart2 > least * least
+                over += way[d] * up[d]
+            past = length2 > 0.0 and apart2 > least * least and over > 0.5 * apart2**0.5
             for d in range(dim):
                 line[b, d] = way[d] / apart2**0.5 if past else 0.0
 
