@@ -19,6 +19,9 @@ from fsi.sph.pressure import touches
 from fsi.sph.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
 
+STEEP = 0.1  # sine of the slope from which on a way up along a surface may lead out of the water
+
+
 def belongs(s, e, first, owner, least):
     """Whether one of the rows s to e, boundary particles from `first` on, has an owner from `least` on."""
     found = False
@@ -166,10 +169,10 @@ def _project(vector, normal):
 
 @exact
 def water_lines(counter, bounds, order, facing, shepard, up, least, line):
-    """Unit vectors `line` (b, DIM) along the surface of each boundary particle from the fluid around it to it, where it stands
-    more than `least` [m] over the fluid that way, within 60 degrees from the way `up` (DIM,), as past the water line; 0
-    elsewhere, without a normal `facing` (f, DIM), and on bodies, which come after the first f. In corners under water a
-    pressure that goes on as it does in the fluid would confirm itself."""
+    """Unit vectors `line` (b, DIM) along the surface of each boundary particle from the fluid around it to it, where that is
+    more than `least` [m] away and leads `up` (DIM,) by more than STEEP: past the water line. 0 elsewhere, without a normal
+    `facing` (f, DIM), and on bodies, which come after the first f. In corners under water a pressure that goes on as it
+    does in the fluid would confirm itself."""
     dim = line.shape[1]
     way, n = np.zeros(dim), np.zeros(dim)
     while True:
@@ -187,7 +190,7 @@ def water_lines(counter, bounds, order, facing, shepard, up, least, line):
                 way[d] -= across / max(length2, 1e-30) * n[d]
                 apart2 += way[d] * way[d]
                 over += way[d] * up[d]
-            past = length2 > 0.0 and apart2 > least * least and over > 0.5 * apart2**0.5
+            past = length2 > 0.0 and apart2 > least * least and over > STEEP * apart2**0.5
             for d in range(dim):
                 line[b, d] = way[d] / apart2**0.5 if past else 0.0
 
