@@ -18,7 +18,6 @@ from fsi.sph import columns
 from fsi.sph.pressure import touches
 from fsi.sph.terms import closeness, kernel, laplacian_weight, pressure_gradient, slope, viscous
 
-
 STEEP = 0.1  # sine of the slope from which on a way up along a surface may lead out of the water
 
 
