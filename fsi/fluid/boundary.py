@@ -20,7 +20,7 @@ from fsi.scene.model import Scene
 from fsi.sph import columns, walls
 from fsi.sph.columns import Constants
 
-PAST = 0.2  # spacings from the fluid around it, along the surface, at which a boundary particle is past the water line
+PAST = 0.1  # spacings from the fluid around it, along the surface, at which a boundary particle is past the water line
 NOBODY = -1  # owner of boundary particles on which forces are counted elsewhere
 
 
