@@ -8,6 +8,7 @@ import numpy as np
 from fsi.compute.lanes import width
 from fsi.compute.reduce import Reductions
 from fsi.compute.team import Team
+from fsi.fluid.body_force import BodyForce
 from fsi.fluid.response import LinearResponse
 from fsi.fluid.workspace import MORE_BOUNDARY, PADDING
 from fsi.owners import FIRST_BODY
@@ -46,7 +47,7 @@ class BoundaryParticles:
         self.order = np.empty(0, np.int32)
         self._dtype, self._most = dtype, b
         self._make_room(0)
-        self._lines = scene.gravity > 0 and not scene.closed and not dense
+        self._lines = scene.gravity > 0 and BodyForce(scene).uniform.any() and not scene.closed and not dense
         self._line, self._steeper = np.zeros((0, dim), dtype), np.zeros(0)
         self._least = PAST * scene.spacing
         self.bent: np.ndarray | None = None  # acceleration (count, dim) besides that of the owners, of flexible walls
@@ -110,7 +111,7 @@ class BoundaryParticles:
         """The sums of W; no slip: mirrored velocities into `flow`. How steep the last pressures are at water lines."""
         if self.count:
             self.team.run(self.weigher, self.near.bounds, self.near.groups, self.first, flow, self.shepard, self.k)
-            if self._lines and body_force.any():
+            if self._lines:
                 self._steepen(trial, body_force)
 
     def _steepen(self, trial: np.ndarray, body_force: np.ndarray) -> None:

@@ -106,7 +106,7 @@ class BoundaryState:
         self.position, self.owner = layout.boundary.copy(), layout.owner.copy()
         self.velocity = np.zeros_like(self.position)
         self.normal = self.position[:0].copy() if layout.normal is None else layout.normal.copy()
-        self.facing = np.zeros((0, self.position.shape[1]), np.int8) if layout.facing is None else layout.facing
+        self.facing = np.zeros((0, self.position.shape[1]), np.int8) if layout.facing is None else layout.facing.copy()
         self.skin: np.ndarray | None = None
         self.acceleration: np.ndarray | None = None
 

@@ -29,6 +29,15 @@ def belongs(s, e, first, owner, least):
     return found
 
 
+def lined(s, e, first, line):
+    """Whether one of the rows s to e, boundary particles from `first` on, has a way along its surface in `line`."""
+    for b in range(s - first, e - first):
+        for d in range(line.shape[1]):
+            if line[b, d] != 0.0:
+                return True
+    return False
+
+
 @cache
 def make_shepard(lanes: int, dim: int, no_slip: bool, dense: bool):
     """Once a step: the sums over the fluid around each boundary particle that interpolation divides by (Shepard 1968), sum W
@@ -220,34 +229,20 @@ def make_steepening(lanes: int, dim: int):
 
     def finish(i, sums, first, shepard, line, steeper, body_force, density, least):
         (way, way2, load, moment), b = sums, i - first
-        total, still, weight2, past = shepard[b, TOTAL], 0.0, 0.0, 0.0
+        total, still, weight2 = shepard[b, TOTAL], 0.0, 0.0
         for d in range(DIM):
             still += density * body_force[d] * line[b, d]
             weight2 += (density * body_force[d]) ** 2
-            past += line[b, d] ** 2
         mean = way / max(total, 1e-30)
-        spread = way2 - mean * way  # squared, of the fluid along the surface, times sum W
-        if past > 0.0 and spread > least * least / 9 * total:
+        spread = way2 - mean * way  # squared, of the fluid along the surface, times sum W; 0 where there is no line
+        if spread > least * least / 9 * total:
             more = -(moment - mean * load) / spread - still
             steeper[b] = way * min(max(more, -(weight2**0.5)), weight2**0.5)
 
-    def where(s, e, first, line):
-        return lined(s - first, e - first, line)
-
     return over_pairs(
         "steepen", (lanes, dim), takes="first trial shepard line steeper body_force density least k",
-        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=where,
+        sum=Sum(hold, empty, ((FLUID, pair),), finish), where=lined,
     )  # fmt: skip
-
-
-@helper()
-def lined(s, e, line):
-    """Whether one of the rows s to e is no zero vector."""
-    for b in range(s, e):
-        for d in range(line.shape[1]):
-            if line[b, d] != 0.0:
-                return True
-    return False
 
 
 @exact

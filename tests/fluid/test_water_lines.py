@@ -57,10 +57,14 @@ def test_there_is_no_water_line_under_water():
 CLOSED = {"min": [0, -0.4], "max": [0.6, 0.0], "walls": ["x-", "x+", "z-", "z+"]}
 
 
-@pytest.mark.parametrize("parts", [{"gravity": 0.0}, {"tank": CLOSED}])
-def test_nothing_is_looked_for_without_gravity_or_a_surface(parts):
+WEIGHTLESS = {"acceleration": [0.0, 9.81]}  # against a gravity of 9.81 m/s2
+
+
+@pytest.mark.parametrize("parts", [{"gravity": 0.0}, {"tank": CLOSED}, {"fluid": WEIGHTLESS}])
+def test_nothing_is_looked_for_without_weight_or_a_surface(parts):
     scene = still_tank(spacing=0.05, depth=0.4, length=0.6)
     fluid = Simulation(scene.model_validate(scene.model_dump(exclude_unset=True) | parts), threads=1).fluid
     fluid.begin(1e-3, np.zeros((fluid.owners, 3)), np.zeros((fluid.owners, 6)))
     fluid.predict()
+    fluid.solids.accelerate(np.zeros((fluid.owners, 6)), fluid.force.uniform)
     assert fluid.solids._steeper.size == 0
