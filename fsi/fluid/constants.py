@@ -30,6 +30,13 @@ def density_relaxation(scene: Scene, depth: float) -> float:
     return _damping(scene, depth)
 
 
+def artificial_kind(scene: Scene) -> str:
+    """Of what there is artificial viscosity, as `fsi.sph.predictor` has it: "none", "linear", "whole"."""
+    if scene.numerics.artificial_viscosity == 0 or scene.gravity == 0:  # it acts by the speed of sound
+        return "none"
+    return "linear" if scene.numerics.velocity_reconstruction == "linear" else "whole"
+
+
 def _damping(scene: Scene, depth: float) -> float:
     return iteration(scene.numerics).gain * (SOUND * scene.smoothing_length * math.pi / (2 * depth)) ** 2 / 2
 
@@ -56,7 +63,6 @@ def sweep_constants(scene: Scene, layout: Layout, dtype) -> Constants:
         viscous_factor=2 * scene.fluid.kinematic_viscosity * slope * volume / lattice.second_moment,
         stress_factor=2 * slope * volume / rho / lattice.second_moment,
         artificial_factor=numerics.artificial_viscosity * sound * h * slope * volume,
-        artificial_limit=(numerics.viscosity_limiter or 0.0) / sound if sound > 0 else 0.0,
         lattice_laplacian=2 * mass / rho**2 * lattice.laplacian,
         surface_factor=lattice.surface_factor,
         filled1=lattice.rows.filled[0],

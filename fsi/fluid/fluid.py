@@ -15,7 +15,7 @@ from fsi.compute.reduce import SERIAL, Reductions
 from fsi.compute.team import Team
 from fsi.fluid.body_force import BodyForce
 from fsi.fluid.boundary import BoundaryParticles
-from fsi.fluid.constants import impulse_units, sweep_constants
+from fsi.fluid.constants import artificial_kind, impulse_units, sweep_constants
 from fsi.fluid.departures import Departures
 from fsi.fluid.parts import Parts
 from fsi.fluid.pressure import make_solver, two_fields
@@ -36,6 +36,7 @@ from fsi.particles.vicinity import Vicinity
 from fsi.protocols import Halo
 from fsi.scene.model import Scene
 from fsi.sph import columns, corrector, predictor, walls
+from fsi.sph.gradient import make_strain
 
 ROWS = columns.flow, columns.trial, columns.field
 MEMORY = (
@@ -116,7 +117,7 @@ class Fluid:
         """Make the parts that depend on what the scene has, and compile what it needs."""
         L, D, scene = self.lanes, self.dim, self.scene
         laminar, implicit = viscid(scene), TimeStep(scene, self.depth).implicit
-        special, artificial = varies(scene) or implicit, scene.numerics.artificial_viscosity > 0
+        special, artificial = varies(scene) or implicit, artificial_kind(scene)
         dense, shifted, no_slip = self._relative is not None, scene.shifting > 0, scene.numerics.wall_slip == "no_slip"
         self.rheology = Rheology(scene, implicit, L, self.dtype, self.team) if special else None
         drag = None
@@ -130,14 +131,15 @@ class Fluid:
         self._stiff = implicit and laminar and no_slip and self.owners > FIRST_BODY
         self.work = Workspace(
             scene, b, self.dtype, lambda n, b: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
-            viscous=laminar or artificial, varies=special, dense=dense, two_fields=two_fields(scene),
+            viscous=laminar or artificial != "none", strained=artificial == "linear", varies=special, dense=dense, two_fields=two_fields(scene),
         )  # fmt: skip
         self.work.reserve(self.halo.expected(self.count))
         shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions
         self.solver = make_solver(Parts(scene, self.depth, dense, self.dtype, L, self.team, *shared))
         viscosity = scene.numerics.wall_slip if laminar and not special else "none"
-        surface, limited = not scene.closed, artificial and scene.numerics.viscosity_limiter is not None
-        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, limited, shifted, dense, surface)
+        surface = not scene.closed
+        self._strain = make_strain(L, D) if artificial == "linear" else None
+        self._predictor = predictor.make_predictor(L, D, viscosity, artificial, shifted, dense, surface)
         guarded = scene.numerics.wall_guard > 0 and b > 0
         self._corrector = corrector.make_corrector(L, D, guarded, len(self.zones) > 0, shifted, dense, surface)
 
@@ -218,8 +220,11 @@ class Fluid:
             if rheology.granular:  # of which also ghosts weigh on others
                 self.halo.refresh(kind[:, None], slice(0, 1))
             rheology.set_viscosity(near, work.flow, kind, self.k, self.halo)
+        if self._strain:
+            self.team.run(self._strain, near.bounds, near.groups, work.flow, work.strains, self.k)
+            self.halo.refresh(work.strains, slice(None))
         self.team.run(
-            self._predictor, near.bounds, near.groups, work.flow, work.trial, self.velocity, work.coefficients,
+            self._predictor, near.bounds, near.groups, work.flow, work.strains, work.trial, self.velocity, work.coefficients,
             self.force.uniform, self.k, self.dtype(self.dt),
         )  # fmt: skip
         if self.volume:

@@ -50,6 +50,7 @@ class Workspace:
     | coefficients (n, .) | of the pressure equation | neighbours | corrector |
     | flow, trial, field (rows, .) | see `fsi.sph.columns` | pack | next pack |
     | twin (rows, .) | the pressures before those in `field` | pack | next pack |
+    | strains (n, .) | strain rates of the fluid | predictor | its end |
     | responses 2 x (rows, m) | pressures of linear responses | asked for | next pack |
 
     The first three stand one after another and share an `Arena`. Where nothing is viscous, only the positions of `flow` are
@@ -58,11 +59,11 @@ class Workspace:
     """
 
     def __init__(
-        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, varies: bool,
-        dense: bool, two_fields: bool, spare: float,
+        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, strained: bool,
+        varies: bool, dense: bool, two_fields: bool, spare: float,
     ):  # fmt: skip
         """boundary: its particles, at most; orders: numbers that sorting so many of fluid and boundary takes; viscous, varies:
-        whether there is viscosity, and of several values; dense: unequal densities; two_fields: more than one sweep; spare:
+        whether there is viscosity, and of several values; strained: whether it takes strain rates; dense: unequal densities; two_fields: more than one sweep; spare:
         room to keep for more fluid particles, as a factor."""
         dim = self._dim = scene.dimension
         shifts = scene.shifting > 0
@@ -70,6 +71,7 @@ class Workspace:
             "trial": columns.trial(dim).width("filled" if shifts and not scene.closed else "r" if dense else "u"),
             "flow": columns.flow(dim).width("r" if dense else "mu" if varies else "u"),
             "field": columns.field(dim).width("r" if dense else "p"),
+            "strains": columns.strain(dim).width("tensor") * strained,
             "coefficients": columns.COEFFICIENTS.width("support" if shifts else "inner" if scene.closed else "counts"),
         }
         self._most, self._dtype, self._orders, self._spare = boundary, dtype, orders, spare
@@ -89,7 +91,7 @@ class Workspace:
         n, b = self._capacity, self._boundary
         rows = n + b + PADDING
         self.arena = None  # before new memory is taken
-        self.trial = self.field = self._flow = self._twin = None
+        self.trial = self.field = self._flow = self._twin = self.strains = None
         self._responses = ()
         self.arena = Arena(
             orders=((self._orders(n, b),), np.int32),
@@ -100,6 +102,7 @@ class Workspace:
         self._flow = self._rows("flow", rows) if self._viscous else None
         self.field = self._rows("field", rows)
         self._twin = self._rows("field", rows) if self._two_fields else None
+        self.strains = self._rows("strains", n + PADDING)
 
     def _rows(self, name: str, rows: int) -> np.ndarray:
         return np.zeros((rows, self._widths[name]), self._dtype)
@@ -150,7 +153,7 @@ class Workspace:
     @property
     def nbytes(self) -> dict[str, int]:
         """Memory [B] of the packed rows, the arena and the responses."""
-        rows = (self.trial, self._flow, self.field, self._twin)
+        rows = (self.trial, self._flow, self.field, self._twin, self.strains)
         return {
             "rows": sum(a.nbytes for a in rows if a is not None),
             "arena": self.arena.nbytes,

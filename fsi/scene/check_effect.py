@@ -192,8 +192,8 @@ IDLE: dict[str, Condition] = {
     "numerics.artificial_viscosity": lambda scene, numerics: (
         not scene.gravity and numerics.artificial_viscosity and "it acts by the speed of sound, none without gravity"
     ),
-    "numerics.viscosity_limiter": lambda scene, numerics: (
-        not (scene.gravity and numerics.artificial_viscosity) and "there is no artificial viscosity to limit"
+    "numerics.velocity_reconstruction": lambda scene, numerics: (
+        not (scene.gravity and numerics.artificial_viscosity) and "there is no artificial viscosity"
     ),
     "numerics.shifting": lambda scene, numerics: (
         numerics.shifting == 0 and not scene.closed and "it is off beside a free surface anyway"

@@ -27,8 +27,8 @@ def _of_implicit(scene: Scene) -> Iterator[Fault]:
         yield "fluid.rheology", "'iisph' has artificial viscosity alone", other
     if numerics.turbulence != "none":
         yield "numerics.turbulence", "'iisph' has no turbulence model", other
-    if numerics.viscosity_limiter:
-        yield "numerics.viscosity_limiter", "'iisph' has all of the artificial viscosity", other
+    if numerics.velocity_reconstruction != "none":
+        yield "numerics.velocity_reconstruction", "'iisph' has all of the artificial viscosity", other
     if numerics.shifting:
         yield "numerics.shifting", "'iisph' shifts no particles", other
     if (numerics.density_relaxation or 0.0) > 1.0:

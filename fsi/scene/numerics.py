@@ -29,6 +29,7 @@ SOLVER = {  # defaults of a solver that differ from those of the others
         "courant": 0.8,  # 0.4 of the support
         "viscosity": "none",
         "artificial_viscosity": 0.1,  # of half the smoothing length
+        "velocity_reconstruction": "none",
     },
 }
 
@@ -60,8 +61,8 @@ class Numerics(Part):
     )
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
     artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
-    viscosity_limiter: Positive | None = (
-        None  # eta: of it min(1, 1/4 + eta u / c) acts on a pair that approaches at u (after Zhang et al. 2017); None: all
+    velocity_reconstruction: Literal["linear", "none"] = (
+        "linear"  # it acts on what a velocity linear in space leaves of how fast a pair approaches, or on all of that
     )
     density_relaxation: NonNegative | None = (
         None  # gamma; None: what damps the depth's slowest mode in a step; of `iisph` 0.1, with bodies 1 as its source

@@ -46,6 +46,12 @@ def flow(dim: int) -> Columns:
 
 
 @cache
+def strain(dim: int) -> Columns:
+    """Of a fluid particle, the strain rate tensor: its diagonal, then xz, in three dimensions xy, xz and yz."""
+    return Columns(tensor=dim * (dim + 1) // 2)
+
+
+@cache
 def trial(dim: int) -> Columns:
     """With the last step's pressure and the trial velocity u*; the same places of `x` and `p` as in `field`."""
     return _rows(dim, x=dim, p=1, u=dim, r=1, filled=1)
@@ -118,7 +124,6 @@ class Constants(NamedTuple):
     viscous_factor: float  # 2 nu C V over the lattice's second moment
     stress_factor: float  # 2 C V / rho over the lattice's second moment
     artificial_factor: float  # alpha c h C V
-    artificial_limit: float  # eta / c
     lattice_laplacian: float  # sum a_ij on the lattice
     surface_factor: float  # weight of the missing part of the support at the free surface
     filled1: float  # part of the support that is filled in the top row under a flat surface (`kernel.SurfaceRows`)

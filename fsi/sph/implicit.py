@@ -96,7 +96,7 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         f = slope(t)
         if artificial:
             u_ij = u_i - other_vector(flow, j, U, L, DIM)
-            force = plus(force, artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor)
+            force = plus(force, artificial_viscosity(f, r2, k.eta2, dot(u_ij, x_ij), x_ij) * k.artificial_factor)
         return plus(density, value(t)), plus(lever, x_ij * f), plus(square, f * f * r2), force, solid
 
     def wall_pair(sums, mine, j, flow, k):
@@ -107,7 +107,7 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
         f = slope(t) * psi
         if friction:
             u_ij = u_i - other_vector(flow, j, U, L, DIM)
-            force = plus(force, artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.friction_factor)
+            force = plus(force, artificial_viscosity(f, r2, k.eta2, dot(u_ij, x_ij), x_ij) * k.friction_factor)
         return plus(density, value(t) * psi), lever, square, force, plus(solid, x_ij * f)
 
     def finish(i, sums, trial, velocity, coefficients, body_force, k, dt):

@@ -65,7 +65,8 @@ def make_friction(lanes: int, dim: int, kernel: str):
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         f = slope(closeness(r2, k.inverse_support))
-        return (plus(sums[0], artificial_viscosity(f, r2, k.eta2, u_i - other_vector(flow, j, U, L, DIM), x_ij)),)
+        approach = dot(u_i - other_vector(flow, j, U, L, DIM), x_ij)
+        return (plus(sums[0], artificial_viscosity(f, r2, k.eta2, approach, x_ij)),)
 
     def finish(i, sums, first, psi, force, k):
         for d in range(DIM):

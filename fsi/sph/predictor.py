@@ -15,7 +15,6 @@ from fsi.sph import columns
 from fsi.sph.columns import COUNTS, DEFICIT, DIAGONAL, INNER, SUPPORT
 from fsi.sph.kernel import FADE
 from fsi.sph.terms import (
-    approach_limiter,
     artificial_viscosity,
     closeness,
     kernel,
@@ -23,6 +22,7 @@ from fsi.sph.terms import (
     lightness,
     partner,
     slope,
+    unresolved,
     viscous,
 )
 
@@ -64,29 +64,44 @@ def surface_gate(filled, inside):
 
 @cache
 def make_predictor(
-    lanes: int, dim: int, viscosity: str, artificial: bool, limited: bool, shifted: bool, dense: bool, surface: bool
+    lanes: int, dim: int, viscosity: str, artificial: str, shifted: bool, dense: bool, surface: bool
 ):  # fmt: skip
     """Viscosity and gravity (`body_force`) turn `velocity` into the trial velocity u*; the same pass collects the coefficients
     of the pressure equation: the diagonal, with the missing support of the free surface as particles at p = 0, and the
     deficit of the density against the lattice's, and how often its pressure counts. For that, walls beside and above a
     particle are no room for rows, but a bed below is as good as water: they count by (1 + cosine of the way up)^2, which
     is 1 + 1 / dim on average; up is against the body forces. `viscosity`: "none", "no_slip" where walls drag, "free_slip";
-    `artificial` viscosity is whole or `limited`. No sum depends on neighbours out of reach, not in its last bit either.
+    `artificial` viscosity: "none", "linear" of what a velocity that is linear in space leaves, by the `strains` (rows, .) of
+    `columns.strain`, "whole" of all. No sum depends on neighbours out of reach, not in its last bit either.
     Without a `surface` a gap between particles is no free surface, and the shift closes it."""
     L, DIM, Z = lanes, dim, dim - 1
     X, U, R = columns.flow(dim).of("x u r")
     U_NEW, FILLED, P = columns.trial(dim).of("u filled p")
-    no_slip, free_slip = viscosity == "no_slip", viscosity == "free_slip"
+    TENSOR = columns.strain(dim).width("tensor")
+    no_slip, free_slip, reconstructed = viscosity == "no_slip", viscosity == "free_slip", artificial == "linear"
 
-    def hold(s, flow):
-        u_i = own_vector(flow, s, U, L, DIM) if no_slip or free_slip or artificial else zero_vector(flow, L, DIM)
-        return own_vector(flow, s, X, L, DIM), u_i, own(flow, s, R, L) if dense else zero(flow, L)
+    def hold(s, flow, strains):
+        moves = no_slip or free_slip or artificial != "none"
+        u_i = own_vector(flow, s, U, L, DIM) if moves else zero_vector(flow, L, DIM)
+        s_i = own_vector(strains, s, 0, L, TENSOR) if reconstructed else zero_vector(flow, L, TENSOR)
+        return own_vector(flow, s, X, L, DIM), u_i, own(flow, s, R, L) if dense else zero(flow, L), s_i
 
     def empty(flow):
         return zero(flow, L), zero(flow, L), zero(flow, L), zero_vector(flow, L, DIM), zero(flow, L), zero(flow, L)
 
+    @helper()
+    def stretching(strain, x_ij):
+        """x_ij . S x_ij, S being half of this sum of two strain rates."""
+        x, z = component(x_ij, 0), component(x_ij, Z)
+        along = component(strain, 0) * x * x + component(strain, Z) * z * z
+        if DIM == 2:
+            return along * 0.5 + component(strain, 2) * x * z
+        y = component(x_ij, 1)
+        beside = component(strain, 3) * x * y + component(strain, 4) * x * z + component(strain, 5) * y * z
+        return (along + component(strain, 1) * y * y) * 0.5 + beside
+
     def pair(sums, mine, j, flow, k):
-        (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
+        (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i, _) = sums, mine
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         r2 = dot(x_ij, x_ij)
         t = closeness(r2, k.inverse_support)
@@ -108,16 +123,17 @@ def make_predictor(
         taken = slope(closeness(r2, k.inverse_support)) * rise * rise
         return laplacian, density, spread, force, linked, plus(solid, taken)
 
-    def fluid_pair(sums, mine, j, flow, k):
-        (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i) = sums, mine
+    def fluid_pair(sums, mine, j, flow, strains, k):
+        (laplacian, density, spread, force, linked, solid), (x_i, u_i, r_i, s_i) = sums, mine
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         u_ij = u_i - other_vector(flow, j, U, L, DIM)
         r2 = dot(x_ij, x_ij)
         f = slope(closeness(r2, k.inverse_support))
-        if artificial:
-            damping = artificial_viscosity(f, r2, k.eta2, u_ij, x_ij) * k.artificial_factor
-            if limited:
-                damping = damping * approach_limiter(r2 + k.eta2, u_ij, x_ij, k.artificial_limit)
+        if artificial != "none":
+            approach = dot(u_ij, x_ij)
+            if reconstructed:
+                approach = unresolved(approach, stretching(s_i + other_vector(strains, j, 0, L, TENSOR), x_ij))
+            damping = artificial_viscosity(f, r2, k.eta2, approach, x_ij) * k.artificial_factor
             if dense:
                 r_j = other(flow, j, R, L)
                 damping = damping * (r_j * lightness(r_i, r_j))
@@ -150,9 +166,9 @@ def make_predictor(
             velocity[i, d] += dt * (body_force[d] - force[d])
             trial[i, U_NEW + d] = velocity[i, d]
 
-    by_fluid, by_walls = (fluid_pair,) * (artificial or free_slip), (wall_pair,) * surface
+    by_fluid, by_walls = (fluid_pair,) * (artificial != "none" or free_slip), (wall_pair,) * surface
     passes = ((FLUID, pair, *by_fluid), (WALLS, pair, *by_walls)) if by_fluid or by_walls else ((ALL, pair),)
     return over_pairs(
-        "predict", (lanes, dim, viscosity, artificial, limited, shifted, dense, surface),
-        takes="flow trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
+        "predict", (lanes, dim, viscosity, artificial, shifted, dense, surface),
+        takes="flow strains trial velocity coefficients body_force k dt", sum=Sum(hold, empty, passes, finish),
     )  # fmt: skip

@@ -11,8 +11,6 @@ from __future__ import annotations
 from fsi.compute.jit import helper
 from fsi.compute.lanes import dot, maximum, minimum, sqrt
 
-LEAST = 0.25  # share of the artificial viscosity that always acts (docs/theory/numerics.md)
-
 
 @helper()
 def closeness(r2, inverse_support):
@@ -71,17 +69,16 @@ def lightness(r_i, r_j):
 
 
 @helper()
-def artificial_viscosity(f, r2, eta2, u_ij, x_ij):
-    """Acceleration / (-alpha c h C V) between approaching particles (Monaghan 1992, eq. 4.2, linear part)."""
-    return x_ij * (f * minimum(0.0, dot(u_ij, x_ij)) / (r2 + eta2))
+def artificial_viscosity(f, r2, eta2, approach, x_ij):
+    """Acceleration / (-alpha c h C V) between particles that approach, u_ij . x_ij < 0 (Monaghan 1992, eq. 4.2, linear part)."""
+    return x_ij * (f * minimum(0.0, approach) / (r2 + eta2))
 
 
 @helper()
-def approach_limiter(r2, u_ij, x_ij, limit):
-    """Share of the artificial viscosity between particles that approach at u: min(1, LEAST + eta u / c), a quarter in smooth
-    flow and all of it in an impact (after Zhang, Hu & Adams 2017, J. Comput. Phys. 335, 605-620, who limit their Riemann
-    solver by eta u / c alone); `limit` is eta / c, r2 above zero."""
-    return minimum(1.0, LEAST + limit * sqrt(dot(u_ij, x_ij) * dot(u_ij, x_ij) / r2))
+def unresolved(approach, linear):
+    """The part of u_ij . x_ij that a velocity linear in space does not have, no larger than the whole and of its sign, so
+    that it takes energy only."""
+    return maximum(approach, approach - linear)
 
 
 @helper()

@@ -13,9 +13,10 @@ from functools import cache
 
 from fsi.compute.jit import helper
 from fsi.compute.lane_sums import small_matrix
-from fsi.compute.lanes import component, dot, load, other, other_vector, own, own_vector, zero, zero_vector
+from fsi.compute.lanes import dot, load, other, other_vector, own, own_vector, zero, zero_vector
 from fsi.compute.pairs import ALL, FLUID, WALLS, Sum, over_pairs
 from fsi.sph import columns
+from fsi.sph.gradient import gradient_sums
 from fsi.sph.laws import CROSS, HERSCHEL_BULKLEY
 from fsi.sph.terms import (
     closeness,
@@ -30,38 +31,7 @@ from fsi.sph.terms import (
 )
 
 TINY = 1e-12  # shear rate [1/s] below which there is none
-WELL_SPREAD = (
-    0.02  # of neighbours: determinant of their moments over that of equal moments, 1 on a lattice, 0 on a line
-)
 LEAST_FILLED = 0.85  # part of the support that counts as filled at the least where pairs share what is missing
-
-
-@helper()
-def corrected(G, M, gradient):
-    """The velocity gradient G M^-1 into `gradient`, G[a, b] = sum V F u_ij,a x_ij,b, M the same of x_ij (Randles & Libersky
-    1996); G itself where the neighbours are nearly in a line or plane. 2 x 2 or 3 x 3."""
-    dim = G.shape[0]
-    inverse = small_matrix(3, 3)
-    if dim == 2:
-        det = M[0, 0] * M[1, 1] - M[0, 1] * M[1, 0]
-        inverse[0, 0], inverse[1, 1] = M[1, 1], M[0, 0]
-        inverse[0, 1], inverse[1, 0] = -M[0, 1], -M[1, 0]
-    else:
-        for a in range(3):
-            for b in range(3):
-                p, q, r, s = (b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3
-                inverse[a, b] = M[p, r] * M[q, s] - M[p, s] * M[q, r]
-        det = M[0, 0] * inverse[0, 0] + M[0, 1] * inverse[1, 0] + M[0, 2] * inverse[2, 0]
-    even = 0.0
-    for a in range(dim):
-        even += M[a, a] / dim
-    spread = det > WELL_SPREAD * even**dim
-    for a in range(dim):
-        for b in range(dim):
-            gradient[a, b] = 0.0 if spread else G[a, b]
-            if spread:
-                for c in range(dim):
-                    gradient[a, b] += G[a, c] * inverse[c, b] / det
 
 
 @helper()
@@ -99,42 +69,16 @@ def make_shear(lanes: int, dim: int, no_slip: bool, keep: str = ""):
     liquid of each; `confined` (n,): confining pressure [Pa], empty where no law has one; `laws` (m, 8): the factor
     rho (C_s dr)^2 of the eddies and a law as in `apparent_viscosity`. `keep`: "strain", with the strain rates of
     `fsi.sph.eddies`, "gradient", with what `fsi.sph.pair_laws` needs of each particle, into `kept`."""
-    L, DIM, Z = lanes, dim, dim - 1
-    X, U, MU = columns.flow(dim).of("x u mu")
+    DIM, Z = dim, dim - 1
+    (MU,) = columns.flow(dim).of("mu")
     RATE = DIM * DIM  # after the rows of the tensor, as in `fsi.sph.eddies.strain`
     FILLED, OWN, CONFINED, KIND = columns.pair_law(dim).of("filled mu confined kind")
 
-    def hold(s, flow):
-        return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
-
-    def empty(flow):
-        none = zero_vector(flow, L, DIM)
-        return none, none, none, none, none, none
-
-    def pair(sums, mine, j, flow, k):
-        (gx, gy, gz, mx, my, mz), (x_i, u_i) = sums, mine
-        x_ij = x_i - other_vector(flow, j, X, L, DIM)
-        u_ij = u_i - other_vector(flow, j, U, L, DIM)
-        fx = x_ij * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
-        gx, mx = gx + fx * component(u_ij, 0), mx + fx * component(x_ij, 0)
-        if DIM == 3:
-            gy, my = gy + fx * component(u_ij, 1), my + fx * component(x_ij, 1)
-        return gx, gy, gz + fx * component(u_ij, Z), mx, my, mz + fx * component(x_ij, Z)
+    hold, empty, pair, solve = gradient_sums(lanes, dim)
 
     def finish(i, sums, flow, kind, confined, laws, rate, kept, k):
-        gx, gy, gz, mx, my, mz = sums
-        G, M, gradient, S = (
-            small_matrix(DIM, DIM),
-            small_matrix(DIM, DIM),
-            small_matrix(DIM, DIM),
-            small_matrix(DIM, DIM),
-        )
-        for b in range(DIM):
-            G[0, b], G[Z, b] = k.divergence_factor * gx[b], k.divergence_factor * gz[b]
-            M[0, b], M[Z, b] = k.divergence_factor * mx[b], k.divergence_factor * mz[b]
-            if DIM == 3:
-                G[1, b], M[1, b] = k.divergence_factor * gy[b], k.divergence_factor * my[b]
-        corrected(G, M, gradient)
+        M, gradient, S = small_matrix(DIM, DIM), small_matrix(DIM, DIM), small_matrix(DIM, DIM)
+        solve(sums, M, gradient, k)
         rate[i] = shear_rate(gradient, S)
         q = kind[i]
         pressure = confined[i] if confined.size else 0.0

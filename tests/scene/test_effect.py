@@ -101,9 +101,9 @@ CASES = {  # pattern -> key, value without effect, the rest of the scene, a word
     "numerics.turbulence": ("numerics.turbulence", "smagorinsky", {"numerics.viscosity": "none"}, "'none'"),
     "numerics.smagorinsky": ("numerics.smagorinsky", "0.2", {}, "turbulence"),
     "numerics.artificial_viscosity": ("numerics.artificial_viscosity", "0.1", WEIGHTLESS, "speed of sound"),
-    "numerics.viscosity_limiter": (
-        "numerics.viscosity_limiter",
-        "5",
+    "numerics.velocity_reconstruction": (
+        "numerics.velocity_reconstruction",
+        "none",
         {"numerics.artificial_viscosity": "0"},
         "no artificial viscosity",
     ),

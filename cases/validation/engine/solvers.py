@@ -27,6 +27,6 @@ SOLVERS: dict[str, dict] = {
     "relaxation10": {"density_relaxation": _relaxed(10.0)},
     "shifting": {"shifting": 0.2},
     "iisph": {"solver": "iisph"},
-    "limited": {"viscosity_limiter": 3.0},
+    "unreconstructed": {"velocity_reconstruction": "none"},
     "apart": {"standing_pressure": "apart"},
 }
