@@ -32,7 +32,7 @@ def variants(spacing: float) -> dict[str, Scene]:
     return {
         "plain": bare(spacing),
         "laminar viscosity": bare(spacing, numerics=laminar),
-        "artificial viscosity": bare(spacing, numerics={"artificial_viscosity": 0.02}),
+        "artificial viscosity": bare(spacing, numerics={"artificial_viscosity": 0.05}),
         "eddy viscosity (Smagorinsky)": bare(spacing, numerics=laminar | {"turbulence": "smagorinsky"}),
         "yield stress": bare(spacing, numerics=laminar, fluid=level | plastic),
         "implicit viscosity": bare(

@@ -131,7 +131,7 @@ class Fluid:
         self._stiff = implicit and laminar and no_slip and self.owners > FIRST_BODY
         self.work = Workspace(
             scene, b, self.dtype, lambda n, b: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
-            viscous=laminar or artificial != "none", strained=artificial == "linear", varies=special, dense=dense, two_fields=two_fields(scene),
+            viscous=laminar, artificial=artificial, varies=special, dense=dense, two_fields=two_fields(scene),
         )  # fmt: skip
         self.work.reserve(self.halo.expected(self.count))
         shared = self.particles, self.work, self.near, self.solids, self.halo, self.reductions

@@ -59,23 +59,23 @@ class Workspace:
     """
 
     def __init__(
-        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, strained: bool,
+        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, artificial: str,
         varies: bool, dense: bool, two_fields: bool, spare: float,
     ):  # fmt: skip
         """boundary: its particles, at most; orders: numbers that sorting so many of fluid and boundary takes; viscous, varies:
-        whether there is viscosity, and of several values; strained: whether it takes strain rates; dense: unequal densities; two_fields: more than one sweep; spare:
-        room to keep for more fluid particles, as a factor."""
+        whether there is viscosity of the liquids, and of several values; artificial: viscosity, as `fsi.sph.predictor` has it;
+        dense: unequal densities; two_fields: more than one sweep; spare: room to keep for more fluid particles, as a factor."""
         dim = self._dim = scene.dimension
         shifts = scene.shifting > 0
         self._widths = {
             "trial": columns.trial(dim).width("filled" if shifts and not scene.closed else "r" if dense else "u"),
             "flow": columns.flow(dim).width("r" if dense else "mu" if varies else "u"),
             "field": columns.field(dim).width("r" if dense else "p"),
-            "strains": columns.strain(dim).width("tensor") * strained,
+            "strains": columns.strain(dim).width("tensor") * (artificial == "linear"),
             "coefficients": columns.COEFFICIENTS.width("support" if shifts else "inner" if scene.closed else "counts"),
         }
         self._most, self._dtype, self._orders, self._spare = boundary, dtype, orders, spare
-        self._viscous, self._two_fields = viscous, two_fields
+        self._viscous, self._two_fields = viscous or artificial != "none", two_fields
         self._capacity, self._boundary = -1, 0
         self._responses: tuple[np.ndarray, ...] = ()
 

@@ -189,10 +189,10 @@ def _own(scene: Scene) -> Iterator[str]:
             f"sea.zone: {width / length:.2f} wave lengths wide, sends back about {100 * part:.0f} % of what comes from the "
             f"bodies, by long-wave theory; make it half a wave length or more, {0.5 * length:.3g} m"
         )
-    if scene.numerics.artificial_viscosity > 0:
+    if scene.numerics.artificial_viscosity > 0 and scene.numerics.velocity_reconstruction == "none":
         yield (
-            f"numerics.artificial_viscosity: {scene.numerics.artificial_viscosity:g} takes height from the waves between the "
-            "zones; 0 with numerics.mach = 0.3 keeps most (docs/guide/waves.md)"
+            "numerics.velocity_reconstruction: 'none' lets the artificial viscosity take height from the waves between the "
+            "zones; 'linear' keeps it (docs/guide/waves.md)"
         )
 
 

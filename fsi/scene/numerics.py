@@ -17,7 +17,7 @@ ACCURACY = {  # defaults that differ from those of `normal`
     "fine": {
         "mach": 0.1,
         "courant": 0.1,
-        "artificial_viscosity": 0.01,
+        "artificial_viscosity": 0.025,
     },  # which acts by the speed of sound, twice as high
 }
 
@@ -60,9 +60,9 @@ class Numerics(Part):
         "none"  # eddies smaller than the spacing; dynamic: C_s of the flow
     )
     smagorinsky: Annotated[float, Field(gt=0, le=0.5)] = 0.12  # C_s
-    artificial_viscosity: NonNegative = 0.02  # Monaghan's alpha
+    artificial_viscosity: NonNegative = 0.05  # Monaghan's alpha
     velocity_reconstruction: Literal["linear", "none"] = (
-        "linear"  # it acts on what a velocity linear in space leaves of how fast a pair approaches, or on all of that
+        "linear"  # of how fast a pair approaches, the artificial viscosity acts on what a linear velocity leaves, or on all
     )
     density_relaxation: NonNegative | None = (
         None  # gamma; None: what damps the depth's slowest mode in a step; of `iisph` 0.1, with bodies 1 as its source
@@ -100,8 +100,7 @@ def _written(part: object) -> dict:
 
 def wave_numerics(values: object) -> dict:
     """The numerics of a scene, as it is written, with the defaults that keep its waves; empty where they are those of all
-    scenes. No waves lose height to the artificial viscosity; longer steps keep more of them, where they need not be
-    short for another reason (docs/guide/waves.md)."""
+    scenes. Longer steps keep more of waves, where they need not be short for another reason (docs/guide/waves.md)."""
     if not isinstance(values, dict):
         return {}
     given, waves, tank, fluid = (_written(values.get(key)) for key in ("numerics", "waves", "tank", "fluid"))
@@ -111,5 +110,6 @@ def wave_numerics(values: object) -> dict:
     if not waved or given.get("solver") == "iisph":
         return {}
     short = rough or waves.get("absorb")  # pressure has to reach bodies and absorbing pistons in time
-    step = {} if short or given.get("accuracy", "normal") != "normal" else {"mach": 0.3}
-    return {"artificial_viscosity": 0.0} | step | given
+    if short or given.get("accuracy", "normal") != "normal":
+        return {}
+    return {"mach": 0.3} | given

@@ -70,7 +70,7 @@ def lightness(r_i, r_j):
 
 @helper()
 def artificial_viscosity(f, r2, eta2, approach, x_ij):
-    """Acceleration / (-alpha c h C V) between particles that approach, u_ij . x_ij < 0 (Monaghan 1992, eq. 4.2, linear part)."""
+    """Acceleration / (-alpha c h C V) between particles whose `approach` u_ij . x_ij is < 0 (Monaghan 1992, eq. 4.2)."""
     return x_ij * (f * minimum(0.0, approach) / (r2 + eta2))
 
 

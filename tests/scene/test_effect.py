@@ -18,7 +18,7 @@ OFF = {"output.mcap": "false", "output.timeline": "false"}
 WEIGHTLESS = {"gravity": "0"}
 WAVES = {"waves.wave_height": "0.1", "waves.period": "1.5"}
 SPECTRUM = {"waves.kind": "spectrum", "waves.file": "s.csv"}
-SEA = {"sea.waves.wave_height": "0.1", "sea.waves.period": "1.3", "numerics.artificial_viscosity": "0"}
+SEA = {"sea.waves.wave_height": "0.1", "sea.waves.period": "1.3"}
 BLOCK = {"fluid.blocks": "[{min = [0, -0.5], max = [1, 0]}]"}
 OPEN = {"tank.walls": "[]"}
 FIXED = {"numerics.fixed_time_step": "0.001"}

@@ -79,7 +79,7 @@ def floating(name: str) -> Variants:
 
     def both(spacing: float, folder: Path) -> Mapping[str, dict]:
         water = FLOATERS[name]
-        box = FLOATING[name].scene(spacing, folder) | {"numerics": {"artificial_viscosity": 0.0}}
+        box = FLOATING[name].scene(spacing, folder)
         before, beach, side = (round(n * water.length / spacing) * spacing for n in (1.5, 0.75, 1.5))
         end, top = beach + round(water.length / spacing) * spacing, box["tank"]["max"][2]
         flume = {key: value for key, value in box.items() if key != "sea"} | {

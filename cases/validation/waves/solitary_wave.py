@@ -17,7 +17,6 @@ import numpy as np
 
 from cases.validation.engine.case import Case
 from cases.validation.engine.pictures import Chart, Pictured
-from cases.validation.waves.wavemaker import NUMERICS
 from fsi.fluid.gauges import elevation
 from fsi.simulation.loop import Simulation
 from fsi.waves.kinds.solitary import SolitaryPiston
@@ -83,7 +82,6 @@ def scene(spacing: float, folder) -> dict:
         "duration": passed,
         "tank": {"min": [0.0, -DEPTH], "max": [LENGTH, 0.6 * DEPTH]},
         "waves": {"kind": "solitary", "wave_height": HEIGHT * DEPTH},
-        "numerics": NUMERICS | {"mach": 0.2},  # at 0.3 it gains height, the more the finer (docs/guide/waves.md)
     }
 
 
