@@ -211,7 +211,6 @@ def spacings(water: Water) -> dict[str, float]:
     return {level: RADIUS / round(n * finer) for level, n in (("coarse", 5), ("medium", 10), ("paper", 20))}
 
 
-SPACING = spacings(CYLINDERS["sea_cylinder_0.5"])
 NAMES = ("sea_cylinder_0.5", "sea_cylinder_1.0", "sea_cylinder_1.5", "sea_sphere", "sea_truncated", "sea_oblique")
 CASES = {
     name: Case(
@@ -237,7 +236,7 @@ CASES = {
         "sea_sphere",
         "A half immersed sphere free in heave in a box with a sea around it, omega^2 a / g = 0.8, 3D",
         "Boundary elements in water three radii deep, Haskind's relation.",
-        SPACING,
+        spacings(FLOATERS["sea_sphere"]),
         sphere,
         Floater,
         {"response": 0.04},
@@ -250,7 +249,7 @@ CASES = {
         "sea_truncated",
         "A cylinder with a draft of 0.6 radii free in heave in a box with a sea around it, omega^2 a / g = 0.6, 3D",
         "Matched eigenfunctions (Yeung 1981) in water three radii deep, Haskind's relation.",
-        SPACING,
+        spacings(FLOATERS["sea_truncated"]),
         truncated,
         Floater,
         {"response": 0.04},
@@ -261,7 +260,7 @@ CASES = {
         "sea_oblique",
         "Regular waves at 30 degrees to a box with a sea around it, kd = 1.5, 3D",
         "The incident waves.",
-        SPACING,
+        spacings(OBLIQUE),
         oblique,
         Crossing,
         {"height": 0.02, "spread": 0.04},

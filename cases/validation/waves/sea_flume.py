@@ -27,7 +27,7 @@ from cases.validation.engine.several import Judge, Variants, runs, variant_scene
 from cases.validation.engine.solvers import DEFAULT
 from cases.validation.theory.separation import first_harmonic
 from cases.validation.waves.sea_bodies import CASES as FLOATING
-from cases.validation.waves.sea_bodies import FLOATERS
+from cases.validation.waves.sea_bodies import FLOATERS, RADIUS
 from cases.validation.waves.wavemaker import NUMERICS
 from fsi.scene.binding import bind
 from fsi.simulation.loop import Simulation
@@ -104,7 +104,7 @@ def floater(name: str, body: str) -> Case:
         name,
         f"{other.title}, against a flume",
         "The same body in the flume at the same spacing.",
-        other.spacing,
+        {level: RADIUS / n for level, n in (("coarse", 5), ("medium", 10), ("paper", 20))},
         lambda spacing, folder: VARIANTS[name](spacing, folder)["box"],
         Heave,
         {"heave": 0.03},
