@@ -76,8 +76,9 @@ def artificial_viscosity(f, r2, eta2, approach, x_ij):
 
 @helper()
 def unresolved(approach, linear):
-    """The part of u_ij . x_ij that a velocity linear in space does not have, no larger than the whole and of its sign, so
-    that it takes energy only."""
+    """The part of an `approach` u_ij . x_ij that a velocity linear in space leaves, between 0 and the whole, so that no pair
+    gains energy (slopes in the artificial viscosity: Frontiere, Raskin & Owen 2017, J. Comput. Phys. 332, 160-209; Rosswog
+    2020, Mon. Not. R. Astron. Soc. 498, 4230-4255, who limit them by their ratio)."""
     return maximum(approach, approach - linear)
 
 
