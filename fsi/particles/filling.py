@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from fsi.particles.fixed import pairs_within
 from fsi.particles.tank import axis, lattice
 from fsi.protocols import Solid
 from fsi.scene.geometry import WHOLE, cell
@@ -17,6 +18,10 @@ FILLED = 0.02  # share by which the fluid of a shape may differ from its volume 
 PLACES = 24  # along each axis of a block, at which it is asked whether it is outside of solids
 
 EXACT = 1e-6  # share to which volumes of the lattice are known
+
+OFFSETS = (0.0, 0.5, 0.25, 0.75)  # [cell] that a lattice along a slope may be shifted by along it
+
+PARTS = 6  # of a cell along each of its sides, by which the filled part is known
 
 Filling = tuple[Block, int]  # a block, and the number of its liquid
 
@@ -54,33 +59,75 @@ def volume_outside(scene: Scene, solids: list[Solid]) -> float:
 
 
 def along_the_slope(scene: Scene, block: Block) -> np.ndarray:
-    """Points (n, dim) in a block of a lattice with rows at `block.angle`, that begins half a cell from the ends of the block
-    along and across them, and has cells of the volume of the tank's."""
+    """Points (n, dim) of a lattice with rows at `block.angle`, that has cells of the volume of the tank's and begins half a
+    cell from the end of the block across the rows: those whose cells the block fills most, as many as its volume has.
+    Along the rows it begins where they hold most of the block."""
+    wanted, best, most = round(volume(block) / math.prod(cell(scene))), None, -1.0
+    for offset in OFFSETS:
+        points, sides = _turned_lattice(scene, block, offset)
+        shares = _shares(block, points, sides, scene.spacing)
+        kept = np.sort(np.argsort(-shares, kind="stable")[:wanted])
+        if (held := shares[kept].sum()) > most + 0.5:
+            best, most = points[kept], held
+    return best[((best > np.array(scene.tank.min)) & (best < _room(scene))).all(1)]
+
+
+def _turned_lattice(scene: Scene, block: Block, offset: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, dim) of a lattice along the slope of a block, all around it, that is shifted by so many cells along the
+    rows; the sides (dim, dim) of its cells."""
     tank, sides, a = scene.tank, cell(scene), math.radians(block.angle)
     along, across = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
     side, ends = math.sqrt(sides[0] * sides[-1]), corners(block)
     turned = ends @ np.stack([along, across], 1)
-    flat = lattice([axis(p, q, p, side) for p, q in zip(turned.min(0), turned.max(0), strict=True)])
+    (first, bottom), (last, top) = turned.min(0), turned.max(0)
+    rows = axis(first - side, last + side, first + offset * side, side), axis(bottom, top + side, bottom, side)
+    flat = lattice(list(rows))
     plane = flat[:, :1] * along + flat[:, 1:] * across
     if scene.dimension == 2:
-        points = plane
-    else:
-        y = axis(block.min[1], min(block.max[1], _room(scene)[1]), tank.min[1], sides[1])
-        points = np.column_stack(
-            [np.repeat(plane[:, 0], len(y)), np.tile(y, len(plane)), np.repeat(plane[:, 1], len(y))]
-        )
-    points = points[((points > np.array(tank.min)) & (points < _room(scene))).all(1)]
-    return points[contains(block, points, scene.spacing)]
+        return plane, side * np.array([along, across])
+    y = axis(block.min[1], min(block.max[1], _room(scene)[1]), tank.min[1], sides[1])
+    points = np.column_stack([np.repeat(plane[:, 0], len(y)), np.tile(y, len(plane)), np.repeat(plane[:, 1], len(y))])
+    (ax, az), (bx, bz) = side * along, side * across
+    return points, np.array([[ax, 0.0, az], [0.0, sides[1], 0.0], [bx, 0.0, bz]])
+
+
+def _shares(block: Block, points: np.ndarray, sides: np.ndarray, spacing: float) -> np.ndarray:
+    """Part (n,) of cells with these middles (n, dim) and sides (dim, dim) that a block fills: by its corners where they
+    agree, else by `PARTS` points along each side."""
+    ends = (lattice([np.array([-0.5, 0.5])] * len(sides))) @ sides * (1 - 1e-6)
+    inside = np.mean([contains(block, points + end, spacing) for end in ends], axis=0)
+    cut = np.flatnonzero((inside > 0) & (inside < 1))
+    within = lattice([(np.arange(PARTS) + 0.5) / PARTS - 0.5] * len(sides)) @ sides
+    inside[cut] = np.mean([contains(block, points[cut] + place, spacing) for place in within], axis=0)
+    return inside
 
 
 def free(scene: Scene, before: list[Filling], solids: list[Solid], points: np.ndarray) -> tuple:
-    """Those of the points (n, dim) that are neither in a block `before` nor in a solid, their clearance (n,) from solids, and
-    how many cells the solids leave of those of all points, parts of cells counted."""
+    """Those of the points (n, dim) that are in no block `before` and in no solid, and their clearance (n,) from solids."""
     for block, _ in before:  # blocks may overlap: the first one holds the particle
         points = points[~contains(block, points, scene.spacing)]
     clear = clearance(solids, points)
     fits = clear > 1e-6 * scene.spacing  # so that the volume is right on average
-    return points[fits], clear[fits], cells_left(scene, clear)
+    return points[fits], clear[fits]
+
+
+def cells_of(scene: Scene, before: list[Filling], solids: list[Solid], block: Block) -> float:
+    """How many cells of the lattice solids leave of a box, parts of cells counted, without the boxes before it."""
+    points = on_the_lattice(scene, block)
+    for other, _ in before:
+        if not shaped(other):
+            points = points[~contains(other, points, scene.spacing)]
+    return cells_left(scene, clearance(solids, points))
+
+
+def beside(points: np.ndarray, clear: np.ndarray, turned: np.ndarray, wanted: int, spacing: float) -> tuple:
+    """Those of the points (n, dim) that are farthest from particles along slopes, `turned` (m, dim), and as many as wanted: so
+    that two lattices meet without a gap, and without particles that crowd each other. With their clearance (n,)."""
+    i, j = pairs_within(points, turned, 2 * spacing)
+    distance = np.full(len(points), np.inf)
+    np.minimum.at(distance, i, np.linalg.norm(points[i] - turned[j], axis=1))
+    kept = np.sort(np.argsort(-distance, kind="stable")[: max(wanted, 0)])
+    return points[kept], clear[kept]
 
 
 def clearance(solids: list[Solid], points: np.ndarray) -> np.ndarray:

@@ -14,6 +14,8 @@ from fsi.particles.crowded import CLEAR, made_room
 from fsi.particles.filling import (
     Filling,
     along_the_slope,
+    beside,
+    cells_of,
     fillings,
     free,
     load,
@@ -32,7 +34,7 @@ from fsi.scene import region
 from fsi.scene.check_size import size_faults
 from fsi.scene.geometry import WHOLE, all_blocks, cell, fluid_height, retreats, start
 from fsi.scene.model import Block, Scene
-from fsi.scene.region import shaped
+from fsi.scene.region import contains, shaped
 
 STRAIGHT = 127  # length of a normal in whole numbers
 NORMAL = 0.9  # gradient of the distance to a body, from which on it is a normal
@@ -148,30 +150,34 @@ def _fluid(scene: Scene, solids: list[Solid]):
     blocks on one lattice anchored at the tank's corner, of cells that are stretched to fit (`geometry.cell`), or
     along a slope, without what the solids displace, and without cells that the tank's far walls cut."""
     blocks, spacing, notes = fillings(scene), scene.spacing, ()
-    parts, stand_ins, aligned, cells = [], [], [], 0.0
+    parts, stand_ins, cells = [], [], 0.0
+    shapes = turned = np.empty((0, scene.dimension))  # the particles so far in shapes, and those of them along slopes
     for number, (block, liquid) in enumerate(blocks):
-        slope = block.angle is not None
-        points = along_the_slope(scene, block) if slope else on_the_lattice(scene, block)
+        slope, before = block.angle is not None, blocks[:number]
+        on_lattice = on_the_lattice(scene, block)
+        points = along_the_slope(scene, block) if slope else on_lattice
+        of, clear = free(scene, before, solids, points)
+        stand_ins.append((block, liquid, *(free(scene, before, solids, on_lattice) if slope else (of, clear))))
         if shaped(block):
             notes += tuple(uneven(scene, _key(scene, block), block, len(points)))
-        for kind, of in ((parts, points), (stand_ins, on_the_lattice(scene, block))) if slope else ((parts, points),):
-            of, clear, left = free(scene, blocks[:number], solids, of)
+            shapes, turned = np.concatenate([shapes, of]), np.concatenate([turned, of]) if slope else turned
+            cells += len(of)
+        else:
+            left = cells_of(scene, before, solids, block) - float(contains(block, shapes, spacing).sum())
+            if len(turned):
+                of, clear = free(scene, [filling for filling in before if filling[0].angle is None], solids, points)
+                of, clear = beside(of, clear, turned, round(left), spacing)
             cells += left
-            top = region.top(block, of, spacing) if shaped(block) else np.full(len(of), block.max[-1])
-            velocity = np.tile(np.zeros(scene.dimension) if block.velocity is None else block.velocity, (len(of), 1))
-            kind.append((of, velocity, np.full(len(of), liquid, np.int8), top, clear))
-        aligned.append(np.full(len(parts[-1][0]), slope))
-    position, velocity, liquid, top, clear = (np.concatenate(values) for values in zip(*parts, strict=True))
-    plain = len(scene.all_liquids) == 1 and not any(shaped(block) or block.angle is not None for block, _ in blocks)
-    volume = particle_volume(scene, cells if plain else len(position), len(position))
-    if not stand_ins:
+        parts.append((block, liquid, of, clear))
+    position, liquid, top, clear = _joined(scene, parts)
+    velocity = [np.tile(np.zeros(scene.dimension) if b.velocity is None else b.velocity, (len(of), 1)) for b, _, of, _ in parts]
+    velocity, volume = np.concatenate(velocity), particle_volume(scene, cells, len(position))
+    if not len(turned):
         pressure, pocket = _pressure(scene, blocks, solids, position, liquid, top, clear)
-    else:  # the hydrostatic pressure needs columns: those of the tank's lattice, which stand in for particles along a slope
-        aligned = np.concatenate(aligned)
-        own = (position[~aligned], velocity[~aligned], liquid[~aligned], top[~aligned], clear[~aligned])
-        cells = [np.concatenate(values) for values in zip(own, *stand_ins, strict=True)]
-        found = _pressure(scene, blocks, solids, cells[0], *cells[2:])
-        pressure, pocket = _off_cells(scene, blocks, cells, found, position, liquid)
+    else:  # the hydrostatic pressure needs columns: cells of the tank's lattice stand in for particles along a slope
+        lattice = _joined(scene, stand_ins)
+        found = _pressure(scene, blocks, solids, *lattice)
+        pressure, pocket = _off_cells(scene, blocks, lattice[0], found, position, liquid)
     kept = np.ones(len(position), bool)
     if pocket.any():  # a sealed gap of one or two rows is no pool: its water has no room to find its pressure
         clear = np.minimum(clear, Sides(scene, WALL).clearance(position))
@@ -214,15 +220,27 @@ def _exact_load(scene: Scene, blocks: list[Filling], position, pressure) -> np.n
     return np.where(near, exact, pressure)
 
 
-def _off_cells(scene: Scene, blocks: list[Filling], cells: list, found: tuple, position, liquid) -> tuple:
-    """Pressure and pocket (n,) of particles anywhere, from `found` for `cells` of the lattice (positions first): those of the
+def _joined(scene: Scene, parts: list) -> tuple:
+    """Position, liquid, height of the end of the block above, and clearance of the particles of all blocks; parts: a block, its
+    liquid, position (n, dim) and clearance (n,)."""
+    of = [part[2] for part in parts]
+    top = [
+        region.top(block, points, scene.spacing) if shaped(block) else np.full(len(points), block.max[-1])
+        for (block, *_), points in zip(parts, of, strict=True)
+    ]
+    liquid = [np.full(len(points), part[1], np.int8) for part, points in zip(parts, of, strict=True)]
+    return np.concatenate(of), np.concatenate(liquid), np.concatenate(top), np.concatenate([part[3] for part in parts])
+
+
+def _off_cells(scene: Scene, blocks: list[Filling], cells: np.ndarray, found: tuple, position, liquid) -> tuple:
+    """Pressure and pocket (n,) of particles anywhere, from `found` for `cells` (m, dim) of the lattice: those of the
     cell that each is in, and its own weight below the middle of that."""
     density = np.array([q.density for q in scene.all_liquids])[liquid]
-    nearest = hydrostatics.nearest(cells[0], position, np.array(scene.tank.min), np.array(cell(scene)))
+    nearest = hydrostatics.nearest(cells, position, np.array(scene.tank.min), np.array(cell(scene)))
     pressure, pocket = (values[nearest] for values in found)
     if start(scene) == "zero":
         return pressure, pocket
-    pressure = pressure + density * scene.gravity * (cells[0][nearest, -1] - position[:, -1])
+    pressure = pressure + density * scene.gravity * (cells[nearest, -1] - position[:, -1])
     return _exact_load(scene, blocks, position, np.maximum(pressure, 0.0)), pocket
 
 
