@@ -21,7 +21,9 @@ EXACT = 1e-6  # share to which volumes of the lattice are known
 
 OFFSETS = (0.0, 0.5, 0.25, 0.75)  # [cell] that a lattice along a slope may be shifted by along it
 
-PARTS = 6  # of a cell along each of its sides, by which the filled part is known
+PARTS = {2: 6, 3: 3}  # of a cell along each of its sides, by which the filled part is known
+
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)  # multiples of it, without their whole numbers, are evenly spread
 
 Filling = tuple[Block, int]  # a block, and the number of its liquid
 
@@ -60,16 +62,18 @@ def volume_outside(scene: Scene, solids: list[Solid]) -> float:
 
 def along_the_slope(scene: Scene, block: Block) -> np.ndarray:
     """Points (n, dim) of a lattice with rows at `block.angle`, that has cells of the volume of the tank's and begins half a
-    cell from the end of the block across the rows: those whose cells the block fills most, as many as its volume has.
-    Along the rows it begins where they hold most of the block."""
-    wanted, best, most = round(volume(block) / math.prod(cell(scene))), None, -1.0
+    cell from the end of the block across the rows: those whose cells the block fills most, as many as its volume has, of
+    equal ones evenly spread. Along the rows it begins where they hold most of the block."""
+    best, most = None, -1.0
     for offset in OFFSETS:
         points, sides = _turned_lattice(scene, block, offset)
+        points = points[((points > np.array(scene.tank.min)) & (points < _room(scene))).all(1)]
         shares = _shares(block, points, sides, scene.spacing)
-        kept = np.sort(np.argsort(-shares, kind="stable")[:wanted])
+        order = np.lexsort((GOLDEN * np.arange(len(points)) % 1.0, -shares.round(6)))
+        kept = np.sort(order[: round(shares.sum())])
         if (held := shares[kept].sum()) > most + 0.5:
             best, most = points[kept], held
-    return best[((best > np.array(scene.tank.min)) & (best < _room(scene))).all(1)]
+    return best
 
 
 def _turned_lattice(scene: Scene, block: Block, offset: float) -> tuple[np.ndarray, np.ndarray]:
@@ -93,11 +97,12 @@ def _turned_lattice(scene: Scene, block: Block, offset: float) -> tuple[np.ndarr
 
 def _shares(block: Block, points: np.ndarray, sides: np.ndarray, spacing: float) -> np.ndarray:
     """Part (n,) of cells with these middles (n, dim) and sides (dim, dim) that a block fills: by its corners where they
-    agree, else by `PARTS` points along each side."""
+    agree, else by some points along each side."""
     ends = (lattice([np.array([-0.5, 0.5])] * len(sides))) @ sides * (1 - 1e-6)
     inside = np.mean([contains(block, points + end, spacing) for end in ends], axis=0)
     cut = np.flatnonzero((inside > 0) & (inside < 1))
-    within = lattice([(np.arange(PARTS) + 0.5) / PARTS - 0.5] * len(sides)) @ sides
+    parts = PARTS[len(sides)]
+    within = lattice([(np.arange(parts) + 0.5) / parts - 0.5] * len(sides)) @ sides
     inside[cut] = np.mean([contains(block, points[cut] + place, spacing) for place in within], axis=0)
     return inside
 
