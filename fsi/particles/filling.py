@@ -69,11 +69,18 @@ def along_the_slope(scene: Scene, block: Block) -> np.ndarray:
         points, sides = _turned_lattice(scene, block, offset)
         points = points[((points > np.array(scene.tank.min)) & (points < _room(scene))).all(1)]
         shares = _shares(block, points, sides, scene.spacing)
-        order = np.lexsort((GOLDEN * np.arange(len(points)) % 1.0, -shares.round(6)))
-        kept = np.sort(order[: round(shares.sum())])
+        kept = np.sort(_fullest(shares)[: round(shares.sum())])
         if (held := shares[kept].sum()) > most + 0.5:
             best, most = points[kept], held
     return best
+
+
+def _fullest(shares: np.ndarray) -> np.ndarray:
+    """Order (n,) of cells by how much of them is filled, such that the first of equal ones are evenly spread among these."""
+    order = np.argsort(-shares.round(6), kind="stable")
+    _, first, group = np.unique(-shares[order].round(6), return_index=True, return_inverse=True)
+    place = np.arange(len(order)) - first[group]
+    return order[np.lexsort((GOLDEN * place % 1.0, group))]
 
 
 def _turned_lattice(scene: Scene, block: Block, offset: float) -> tuple[np.ndarray, np.ndarray]:

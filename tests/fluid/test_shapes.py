@@ -61,9 +61,9 @@ def test_a_slab_of_no_whole_number_of_rows_holds_its_volume_evenly(cells):
     corners = [np.array([0.5, -0.9]) + a * up + b * DR * across for a, b in ((0, 0), (1, 0), (1, cells), (0, cells))]
     layout = build(scene({"polygon": [list(map(float, corner)) for corner in corners], "angle": 30.0}))
     sand = layout.position[layout.liquid == 1] - corners[0]
-    assert abs(len(sand) - cells / DR) <= 1 and len(layout.position) == 40 * 20
+    assert abs(len(sand) - cells / DR) < 1.5 and len(layout.position) == 40 * 20
     top = np.sort((sand @ up)[sand @ across > 4 * DR])
-    assert abs(len(top) - (cells - 4) / DR) <= 1 and np.diff(top).max() < 3 * DR
+    assert abs(len(top) - (cells - 4) / DR) < 1.5 and np.diff(top).max() < 5.5 * DR
 
 
 def test_a_slab_along_a_slope_has_rows_and_no_steps():
