@@ -112,6 +112,14 @@ class ImplicitFluid(Fluid):
         self.solver.begin()
         super().predict()
 
+    def _set_trial_velocities(self) -> None:
+        """See `Fluid`; without strain rates."""
+        near, work = self.near, self.work
+        self.team.run(
+            self._predictor, near.bounds, near.groups, work.flow, work.trial, self.velocity, work.coefficients,
+            self.force.uniform, self.k, self.dtype(self.dt),
+        )  # fmt: skip
+
     @property
     def _counts(self) -> None:
         """Pressures count once (`Fluid`)."""

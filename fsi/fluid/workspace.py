@@ -59,8 +59,8 @@ class Workspace:
     """
 
     def __init__(
-        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, artificial: str,
-        varies: bool, dense: bool, two_fields: bool, spare: float,
+        self, scene: Scene, boundary: int, dtype, orders: Callable[[int, int], int], *, viscous: bool, varies: bool,
+        dense: bool, two_fields: bool, spare: float, artificial: str = "none",
     ):  # fmt: skip
         """boundary: its particles, at most; orders: numbers that sorting so many of fluid and boundary takes; viscous, varies:
         whether there is viscosity of the liquids, and of several values; artificial: viscosity, as `fsi.sph.predictor` has it;

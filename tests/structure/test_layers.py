@@ -144,7 +144,7 @@ fluid = sim.fluid
 used = {fluid._predictor, fluid.solver.source, fluid._corrector, fluid.solids.weigher,
         pressure.make_sweep(fluid.lanes, 2, False, 0), walls.make_extrapolation(fluid.lanes, 2, 0)}
 assert all(len(kernel.signatures) == 1 for kernel in used)
-plain = predictor.make_predictor(fluid.lanes, 2, "none", False, False, False, False, True)  # no viscosity, no shift
+plain = predictor.make_predictor(fluid.lanes, 2, "none", "none", False, False, True)  # no viscosity, no shift
 assert fluid._predictor is plain
 assert fluid._corrector is corrector.make_corrector(fluid.lanes, 2, False, False, False, False, True)  # nor densities
 assert fluid.solids.weigher is walls.make_shepard(fluid.lanes, 2, False, False)
