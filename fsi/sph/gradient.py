@@ -6,7 +6,7 @@ from functools import cache
 
 from fsi.compute.jit import helper
 from fsi.compute.lane_sums import plus, small_matrix
-from fsi.compute.lanes import component, dot, other_vector, own_vector, zero_vector
+from fsi.compute.lanes import component, dot, other_vector, own_vector, zero, zero_vector
 from fsi.compute.pairs import FLUID, Sum, over_pairs
 from fsi.sph import columns
 from fsi.sph.terms import closeness, slope
@@ -55,28 +55,34 @@ def gradient_sums(lanes: int, dim: int):
         return own_vector(flow, s, X, L, DIM), own_vector(flow, s, U, L, DIM)
 
     def empty(flow):
-        none = zero_vector(flow, L, DIM)
-        return none, none, none, none, none, none
+        none, no = zero_vector(flow, L, DIM), zero(flow, L)
+        return none, none, none, none, no, no, no
 
     def pair(sums, mine, j, flow, k):
-        (gx, gy, gz, mx, my, mz), (x_i, u_i) = sums, mine
+        (gx, gy, gz, mx, yy, yz, zz), (x_i, u_i) = sums, mine
         x_ij = x_i - other_vector(flow, j, X, L, DIM)
         u_ij = u_i - other_vector(flow, j, U, L, DIM)
         fx = x_ij * slope(closeness(dot(x_ij, x_ij), k.inverse_support))
         gx, mx = plus(gx, fx * component(u_ij, 0)), plus(mx, fx * component(x_ij, 0))
+        y, z = component(x_ij, 1), component(x_ij, Z)
         if DIM == 3:
-            gy, my = plus(gy, fx * component(u_ij, 1)), plus(my, fx * component(x_ij, 1))
-        return gx, gy, plus(gz, fx * component(u_ij, Z)), mx, my, plus(mz, fx * component(x_ij, Z))
+            gy = plus(gy, fx * component(u_ij, 1))
+            yy, yz = plus(yy, component(fx, 1) * y), plus(yz, component(fx, 1) * z)
+        return gx, gy, plus(gz, fx * component(u_ij, Z)), mx, yy, yz, plus(zz, component(fx, Z) * z)
 
     @helper()
     def solve(sums, M, gradient, k):
-        gx, gy, gz, mx, my, mz = sums
+        gx, gy, gz, mx, yy, yz, zz = sums
         G = small_matrix(DIM, DIM)
         for b in range(DIM):
             G[0, b], G[Z, b] = k.divergence_factor * gx[b], k.divergence_factor * gz[b]
-            M[0, b], M[Z, b] = k.divergence_factor * mx[b], k.divergence_factor * mz[b]
+            M[0, b] = M[b, 0] = k.divergence_factor * mx[b]
             if DIM == 3:
-                G[1, b], M[1, b] = k.divergence_factor * gy[b], k.divergence_factor * my[b]
+                G[1, b] = k.divergence_factor * gy[b]
+        if DIM == 3:
+            M[1, 1], M[1, 2] = k.divergence_factor * yy, k.divergence_factor * yz
+            M[2, 1] = M[1, 2]
+        M[Z, Z] = k.divergence_factor * zz
         corrected(G, M, gradient)
 
     return hold, empty, pair, solve
