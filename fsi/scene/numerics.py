@@ -100,7 +100,8 @@ def _written(part: object) -> dict:
 
 def wave_numerics(values: object) -> dict:
     """The numerics of a scene, as it is written, with the defaults that keep its waves; empty where they are those of all
-    scenes. Longer steps keep more of waves, where they need not be short for another reason (docs/guide/waves.md)."""
+    scenes. Longer steps keep more of waves, where they need not be short for another reason; on their way along a flume
+    they keep more, at fine spacings, without artificial viscosity (docs/guide/waves.md)."""
     if not isinstance(values, dict):
         return {}
     given, waves, tank, fluid = (_written(values.get(key)) for key in ("numerics", "waves", "tank", "fluid"))
@@ -110,6 +111,5 @@ def wave_numerics(values: object) -> dict:
     if not waved or given.get("solver") == "iisph":
         return {}
     short = rough or waves.get("absorb")  # pressure has to reach bodies and absorbing pistons in time
-    if short or given.get("accuracy", "normal") != "normal":
-        return {}
-    return {"mach": 0.3} | given
+    step = {} if short or given.get("accuracy", "normal") != "normal" else {"mach": 0.3}
+    return ({} if values.get("sea") else {"artificial_viscosity": 0.0}) | step | given

@@ -13,7 +13,7 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure
 from cases.validation.theory.separation import group_speed
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import FLUME
 from fsi.fluid.gauges import elevation
 from fsi.simulation.loop import Simulation
 from fsi.waves import piston, wavenumber
@@ -73,7 +73,7 @@ def scene(spacing: float, folder) -> dict:
         "tank": {"min": [0.0, -DEPTH], "max": [end, 2 * WAVES.Hm0]},
         "waves": WAVES.model_dump(exclude_none=True),
         "damping": [{"start": SPONGE, "end": end, "rate": 2.5 * 2 * math.pi / WAVES.peak_period}],
-        "numerics": NUMERICS,
+        "numerics": FLUME,
     }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.theory.separation import first_harmonic
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import SEA
 from fsi.fluid.gauges import elevation
 from fsi.scene.geometry import incident_waves
 from fsi.simulation.loop import Simulation
@@ -95,7 +95,7 @@ def _scene(spacing: float, sea: dict, periods: float) -> dict:
         "duration": periods * PERIOD,
         "tank": {"min": [-end, -DEPTH], "max": [end, math.ceil(1.5 * HEIGHT / spacing) * spacing]},
         "sea": sea,
-        "numerics": NUMERICS,
+        "numerics": SEA,
     }
 
 

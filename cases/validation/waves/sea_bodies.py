@@ -18,7 +18,7 @@ from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.theory import cummins
 from cases.validation.theory.separation import first_harmonic, group_speed
 from cases.validation.theory.truncated_cylinder import radiation
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import SEA
 from fsi.fluid.gauges import elevation
 from fsi.scene.geometry import incident_waves
 from fsi.simulation.loop import Simulation
@@ -220,7 +220,7 @@ def floater(name: str, omega2: float, reasons: str, wrong: float) -> Case:
 
 
 def oblique(spacing: float, folder) -> dict:
-    return OBLIQUE.box(spacing, heading=30.0) | {"numerics": NUMERICS}
+    return OBLIQUE.box(spacing, heading=30.0) | {"numerics": SEA}
 
 
 def spacings(water: Water) -> dict[str, float]:

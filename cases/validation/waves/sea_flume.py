@@ -28,7 +28,7 @@ from cases.validation.engine.solvers import DEFAULT
 from cases.validation.theory.separation import first_harmonic
 from cases.validation.waves.sea_bodies import CASES as FLOATING
 from cases.validation.waves.sea_bodies import FLOATERS, RADIUS
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import SEA
 from fsi.scene.binding import bind
 from fsi.simulation.loop import Simulation
 from fsi.waves.linear import wavenumber
@@ -66,7 +66,7 @@ def flap(spacing: float, folder: Path) -> Mapping[str, dict]:
     box = {key: value for key, value in flume.items() if key not in ("waves", "damping", "gauges", "probes")}
     box["tank"] = flume["tank"] | {"min": [foot - half, -DEPTH], "max": [foot + half, flume["tank"]["max"][1]]}
     box |= {"sea": {"waves": {"wave_height": HEIGHT, "period": PERIOD}}, "duration": PERIODS * PERIOD}
-    return {name: scene | {"numerics": NUMERICS} for name, scene in (("flume", flume), ("box", box))}
+    return {name: scene | {"numerics": SEA} for name, scene in (("flume", flume), ("box", box))}
 
 
 def over_flume(measure: str) -> Judge:

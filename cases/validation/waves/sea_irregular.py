@@ -16,7 +16,7 @@ import numpy as np
 
 from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.engine.pictures import Chart
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import SEA
 from fsi.fluid.gauges import elevation
 from fsi.scene.geometry import incident_waves
 from fsi.simulation.loop import Simulation
@@ -99,7 +99,7 @@ def scene(spacing: float, folder, duration: float = PERIODS * PEAK) -> dict:
         "duration": duration,
         "tank": {"min": [-half, -DEPTH], "max": [half, math.ceil(2 * HM0 / spacing) * spacing]},
         "sea": {"waves": waves, "order": 2},
-        "numerics": NUMERICS,
+        "numerics": SEA,
     }
 
 

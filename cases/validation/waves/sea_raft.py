@@ -15,7 +15,7 @@ from cases.validation.coupling import models
 from cases.validation.engine.case import Case, Measure, Wrong
 from cases.validation.theory.panels import Section
 from cases.validation.theory.separation import first_harmonic, group_speed
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import SEA
 from fsi.scene.geometry import incident_waves
 from fsi.waves.linear import wavenumber
 
@@ -70,7 +70,7 @@ def scene(name: str):
             "tank": {"min": [-half, -DEPTH], "max": [half, 0.3]},
             "sea": {"waves": {"wave_height": waves.height, "period": waves.period}},
             "bodies": models.write(folder, [body], G),
-            "numerics": NUMERICS,
+            "numerics": SEA,
         }
 
     return build

@@ -16,7 +16,7 @@ from cases.validation.engine.case import Case, Wrong
 from cases.validation.engine.several import runs, variant_scene
 from cases.validation.engine.solvers import DEFAULT
 from cases.validation.waves.open_sea import DEPTH, Stays
-from cases.validation.waves.wavemaker import NUMERICS
+from cases.validation.waves.wavemaker import SEA
 from fsi.simulation.loop import Simulation
 
 G, PERIODS = 9.81, 100
@@ -42,7 +42,7 @@ def _scene(kd: float, steepness: float, share: float) -> dict:
         "duration": PERIODS * period,
         "tank": {"min": [-end, -DEPTH], "max": [end, math.ceil(1.5 * height / spacing) * spacing]},
         "sea": {"waves": {"kind": "nonlinear", "wave_height": height, "period": period}},
-        "numerics": NUMERICS,
+        "numerics": SEA,
     }
 
 
