@@ -115,16 +115,18 @@ def _shares(block: Block, points: np.ndarray, sides: np.ndarray, spacing: float)
 
 
 def free(scene: Scene, before: list[Filling], solids: list[Solid], points: np.ndarray) -> tuple:
-    """Those of the points (n, dim) that are in no block `before` and in no solid, and their clearance (n,) from solids."""
+    """Those of the points (n, dim) that are in no block `before` and in no solid, their clearance (n,) from solids, and how
+    many cells the solids leave of those of all points, parts of cells counted."""
     for block, _ in before:  # blocks may overlap: the first one holds the particle
         points = points[~contains(block, points, scene.spacing)]
     clear = clearance(solids, points)
     fits = clear > 1e-6 * scene.spacing  # so that the volume is right on average
-    return points[fits], clear[fits]
+    return points[fits], clear[fits], cells_left(scene, clear)
 
 
 def cells_of(scene: Scene, before: list[Filling], solids: list[Solid], block: Block) -> float:
-    """How many cells of the lattice solids leave of a box, parts of cells counted, without the boxes before it."""
+    """How many cells of the lattice solids leave of a box, parts of cells counted, without the boxes before it, but with what
+    shapes before it hold."""
     points = on_the_lattice(scene, block)
     for other, _ in before:
         if not shaped(other):

@@ -156,16 +156,17 @@ def _fluid(scene: Scene, solids: list[Solid]):
         slope, before = block.angle is not None, blocks[:number]
         on_lattice = on_the_lattice(scene, block)
         points = along_the_slope(scene, block) if slope else on_lattice
-        of, clear = free(scene, before, solids, points)
-        stand_ins.append((block, liquid, *(free(scene, before, solids, on_lattice) if slope else (of, clear))))
+        of, clear, left = free(scene, before, solids, points)
+        stand_ins.append((block, liquid, *(free(scene, before, solids, on_lattice)[:2] if slope else (of, clear))))
         if shaped(block):
             notes += tuple(uneven(scene, _key(scene, block), block, len(points)))
             shapes, turned = np.concatenate([shapes, of]), np.concatenate([turned, of]) if slope else turned
             cells += len(of)
         else:
-            left = cells_of(scene, before, solids, block) - float(contains(block, shapes, spacing).sum())
+            if len(shapes):
+                left = cells_of(scene, before, solids, block) - float(contains(block, shapes, spacing).sum())
             if len(turned):
-                of, clear = free(scene, [filling for filling in before if filling[0].angle is None], solids, points)
+                of, clear, _ = free(scene, [filling for filling in before if filling[0].angle is None], solids, points)
                 of, clear = beside(of, clear, turned, round(left), spacing)
             cells += left
         parts.append((block, liquid, of, clear))
