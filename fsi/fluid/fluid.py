@@ -220,7 +220,13 @@ class Fluid:
             if rheology.granular:  # of which also ghosts weigh on others
                 self.halo.refresh(kind[:, None], slice(0, 1))
             rheology.set_viscosity(near, work.flow, kind, self.k, self.halo)
-        self._set_trial_velocities()
+        if self._strain:
+            self.team.run(self._strain, near.bounds, near.groups, work.flow, work.strains, self.k)
+            self.halo.refresh(work.strains, slice(None))
+        self.team.run(
+            self._predictor, near.bounds, near.groups, work.flow, work.strains, work.trial, self.velocity, work.coefficients,
+            self.force.uniform, self.k, self.dtype(self.dt),
+        )  # fmt: skip
         if self.volume:
             self.volume.update(work.coefficients[: self.count, columns.DEFICIT][self.particles.own], self.k.relaxation)
             self.k = self.k._replace(draw=self.dtype(self.volume.draw))
@@ -241,17 +247,6 @@ class Fluid:
         if self.standing:
             self.standing.begin(self.particles, self.dt)
             self.standing.stand(self.position, self.solids.position[: self.solids.count], self.dtype)
-
-    def _set_trial_velocities(self) -> None:
-        """Run the predictor, after the strain rates that it may need."""
-        near, work = self.near, self.work
-        if self._strain:
-            self.team.run(self._strain, near.bounds, near.groups, work.flow, work.strains, self.k)
-            self.halo.refresh(work.strains, slice(None))
-        self.team.run(
-            self._predictor, near.bounds, near.groups, work.flow, work.strains, work.trial, self.velocity, work.coefficients,
-            self.force.uniform, self.k, self.dtype(self.dt),
-        )  # fmt: skip
 
     def pressure(self, acceleration: np.ndarray, response: LinearResponse | None = None) -> np.ndarray:
         """Update the pressure for this acceleration (owners, 6); the wrench (owners, 6) on the moving owners."""

@@ -93,7 +93,7 @@ class ImplicitFluid(Fluid):
         L, D, scene = self.lanes, self.dim, self.scene
         numerics = scene.numerics
         friction, b = numerics.wall_friction > 0 and scene.gravity > 0, len(self.owner)
-        self.rheology, self._stiff = None, False
+        self.rheology, self._strain, self._stiff = None, None, False
         self.solids = WeightedWalls(scene, self.grid, layout, self.k, self.dtype, self.team, self.reductions, friction)
         self.work = Workspace(
             scene, b, self.dtype, lambda n, b: max(self.sort.room(n), self.solids.sort.room(b)), spare=self.halo.room,
@@ -111,14 +111,6 @@ class ImplicitFluid(Fluid):
         """See `Fluid`; a new step, which takes as many iterations as its first pressure needs."""
         self.solver.begin()
         super().predict()
-
-    def _set_trial_velocities(self) -> None:
-        """See `Fluid`; without strain rates."""
-        near, work = self.near, self.work
-        self.team.run(
-            self._predictor, near.bounds, near.groups, work.flow, work.trial, self.velocity, work.coefficients,
-            self.force.uniform, self.k, self.dtype(self.dt),
-        )  # fmt: skip
 
     @property
     def _counts(self) -> None:

@@ -124,16 +124,6 @@ def free(scene: Scene, before: list[Filling], solids: list[Solid], points: np.nd
     return points[fits], clear[fits], cells_left(scene, clear)
 
 
-def cells_of(scene: Scene, before: list[Filling], solids: list[Solid], block: Block) -> float:
-    """How many cells of the lattice solids leave of a box, parts of cells counted, without the boxes before it, but with what
-    shapes before it hold."""
-    points = on_the_lattice(scene, block)
-    for other, _ in before:
-        if not shaped(other):
-            points = points[~contains(other, points, scene.spacing)]
-    return cells_left(scene, clearance(solids, points))
-
-
 def beside(points: np.ndarray, clear: np.ndarray, turned: np.ndarray, wanted: int, spacing: float) -> tuple:
     """Those of the points (n, dim) that are farthest from particles along slopes, `turned` (m, dim), and as many as wanted: so
     that two lattices meet without a gap, and without particles that crowd each other. With their clearance (n,)."""

@@ -15,7 +15,6 @@ from fsi.particles.filling import (
     Filling,
     along_the_slope,
     beside,
-    cells_of,
     fillings,
     free,
     load,
@@ -163,8 +162,9 @@ def _fluid(scene: Scene, solids: list[Solid]):
             shapes, turned = np.concatenate([shapes, of]), np.concatenate([turned, of]) if slope else turned
             cells += len(of)
         else:
-            if len(shapes):
-                left = cells_of(scene, before, solids, block) - float(contains(block, shapes, spacing).sum())
+            if len(shapes):  # they hold a part of what the boxes before leave
+                boxes = [filling for filling in before if not shaped(filling[0])]
+                left = free(scene, boxes, solids, points)[2] - float(contains(block, shapes, spacing).sum())
             if len(turned):
                 of, clear, _ = free(scene, [filling for filling in before if filling[0].angle is None], solids, points)
                 of, clear = beside(of, clear, turned, round(left), spacing)

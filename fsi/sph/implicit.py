@@ -123,7 +123,7 @@ def make_predictor(lanes: int, dim: int, kernel: str, artificial: bool, friction
 
     return over_pairs(
         "implicit_predict", (lanes, dim, kernel, artificial, friction),
-        takes="flow trial velocity coefficients body_force k dt",
+        takes="flow strains trial velocity coefficients body_force k dt",  # as `fsi.sph.predictor`, without a use for strains
         sum=Sum(hold, empty, ((FLUID, pair), (WALLS, wall_pair)), finish),
     )  # fmt: skip
 
